@@ -30,11 +30,7 @@ class Drill:
     def run(self, block: Block, code: int) -> None:
         """Drill or tap where a block of the canned cycle `code` (tenths) says."""
         modal, frame, words = self.modal, self.frame, block.words
-        if code == 730 and not {"Z", "R"} & {*modal.cycle, *words}:
-            raise ToolpathError(
-                "G73 without a depth Z and a height R: no hole, but Fagor's turn of the path by an angle Q, which is not read",
-                hint="have the CAM system turn the path; a hole broken in chips names Z and R",
-            )
+        self.begun(block, code)
         self._allowed(words)
         self._keep(block, code)
         count = words.get("L", words.get("K", 1.0))
@@ -53,6 +49,14 @@ class Drill:
             end = retract if modal.return_to_r else max(retract, modal.cycle_start)
             peck = modal.cycle.get("Q", 0.0) * modal.scale
             self._hole(code, block, hole(code, retract, bottom, end, peck, modal.cycle.get("dwell", 0.0)))
+
+    def begun(self, block: Block, code: int) -> None:
+        """Raises ToolpathError where a block that names a cycle, or drills by it, is another control's turn of the path."""
+        if code == 730 and block.words and not {"Z", "R"} & {*self.modal.cycle, *block.words}:
+            raise ToolpathError(
+                "G73 without a depth Z and a height R: no hole, but Fagor's turn of the path by an angle Q, which is not read",
+                hint="have the CAM system turn the path; a hole broken in chips names Z and R",
+            )
 
     def _keep(self, block: Block, code: int) -> None:
         """Keep the block's words for the holes that follow: R and Z as heights (m), which stay where they are.

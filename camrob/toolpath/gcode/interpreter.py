@@ -200,6 +200,7 @@ class Interpreter:
                 self.modal.cycle_start = self.frame.xyz[2]
             if named not in CYCLES:
                 self.modal.cycle.clear()
+            self._drill.begun(block, named)
             if named in _PLAIN:
                 self.modal.beside = named
             motion = self.modal.motion = self._uncycled() if named == 800 else named

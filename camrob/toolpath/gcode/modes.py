@@ -34,6 +34,7 @@ Handler = Callable[[int, Block, Modal, ToolFrame, PathGrower], bool]
 # G codes in tenths
 _REFUSED = {
     52: ("a NURBS block (G5.2)", "export lines and arcs"),
+    62: ("a NURBS curve (G6.2)", "export lines and arcs"),
     70: ("diameter programming (G7)", "export a milling program"),
     120: ("a circular pocket (G12)", "have the CAM system write the moves out"),
     130: ("a circular pocket (G13)", "have the CAM system write the moves out"),

@@ -30,7 +30,7 @@ _GCODE_LINE = re.compile(
     rb"^[ \t]*+/?+[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[GM][ \t]*+[0-9]{1,3}(?![0-9A-Z_]*[ \t]*+[=/,])", re.I | re.M
 )
 _PLAIN_LANGUAGE = re.compile(
-    rb"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]|^%_N_|\bTRAORI\b"
+    rb"^[ \t]*(?:N?\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]|^%_N_|\bTRAORI\b"
     rb"|^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL)[ \t]|PROC[ \t]+\w+[ \t]*(?:\(|;|\r?$)|EXTERN[ \t]+\w)",
     re.I | re.M,
 )  # Heidenhain, Siemens

@@ -37,7 +37,7 @@ _MARKS = (
     ("fusion-apt", r"^PARTNO/ ?'[^\n]*'\s*$"),
 )
 _OTHERS = (
-    (KlartextReader, re.compile(r"^[ \t]*(\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
+    (KlartextReader, re.compile(r"^[ \t]*(N?\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
     (
         SinumerikReader,
         re.compile(

@@ -376,8 +376,8 @@ class GcodeReader(Switching):
             heights["P"] = self._seconds(words["P"], line)
         if "Q" in words:
             heights["Q"] = abs(float(words["Q"])) * self._scale
-        if not axes:
-            return
+        if not axes and (code != "73" or "Q" not in words or {"R", "Z"} & heights.keys()):
+            return  # but Fagor's G73 Q turns the path
         if self._own.by == "51":
             self._gap(line, "a drilling cycle in a scaled frame")
             return

@@ -46,8 +46,12 @@ REASONS = {
     "a.mpf": ("%_N_A_MPF\nG90 G71 G17\n$P_UIFR[1]=CTRANS(X,1)\nG1 X5 F100\nM30\n", "P_UIFR"),
     "b.nc": ("O1\nG21 G90\nG0 X0. Y0. Z5.\nG1 Z0. F9.\nG6.2 P3 K0. K0. K0. X1. Y1. R1.\nM30\n", "NURBS"),
     "d.nc": ("O1\nG21 G90\nG100 T1 X0. Y0. Z50. S5000 M3 G54\nG1 Z-1. F9\nM30\n", "Brother's G100"),
+    "g.nc": ("O1\nG21 G90\nT1 M6\nS9 M3\nG0 X0. Y0. Z5.\nG73 Q30.\nG1 Z0. F9.\nX5.\nM30\n", "Fagor's turn of the path"),
     "e.nc": ("O1\nG21 G90\nG54\nG268 X1. Y0. Z0. I0. J30. K0.\nM30\n", "feature coordinate system"),
     "f.h": (HEAD + "4 CYCL DEF 1.0 PECKING\n" + END, "CYCL DEF 1.0 is not read"),
+    "h.nc": ("O1\nG21 G90\nG0 X0. Y0. Z5.\nG1 Z0. F9.\nG6.2 P3 K0. X1. Y1. R1.\nM30\n", "NURBS"),
+    "i.mpf": ("%_N_A_MPF\nG90 G71 G17\nTRAORI\nG1 X5 A2=10 B2=0 C2=5 F100\nM30\n", "by angles"),
+    "j.mpf": ("%_N_A_MPF\nG90 G71 G17\nTRAORI\nG1 X5 LEAD=5 TILT=0 F100\nM30\n", "against the path"),
     "c.h": (HEAD + CUT + "5 CALL PGM TNC:\\PLAN.H\n" + END, "PLAN.H: another program"),
 }
 
@@ -108,6 +112,18 @@ def test_words_of_older_heidenhain_programs(tmp_path: Path) -> None:
     toolpath, story = read_toolpath(tmp_path / "a.h"), read_story(tmp_path / "a.h")
     assert story.complete and not list(differences(toolpath, story))
     assert np.vstack([region.position for region in toolpath.regions])[2] * 1e3 == pytest.approx([10, 0, 0])
+
+
+def test_blocks_numbered_with_n_from_the_first_one_on(tmp_path: Path) -> None:
+    text = "\n".join(f"N{row}" for row in (HEAD + CUT + END).split("\n") if row)
+    (tmp_path / "a.h").write_text(f"( Sheet\n{text}\n", encoding="utf-8")
+    toolpath, story = read_toolpath(tmp_path / "a.h"), read_story(tmp_path / "a.h")
+    assert story.complete and not list(differences(toolpath, story))
+
+
+def test_the_second_opinion_reads_no_turn_of_the_path_as_nothing(tmp_path: Path) -> None:
+    (tmp_path / "g.nc").write_text(REASONS["g.nc"][0], encoding="utf-8")
+    assert "G73" in read_story(tmp_path / "g.nc").gaps[0].text
 
 
 def test_no_offset_yet_and_then_one(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ HEIDENHAIN = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+30 R0 FMAX 
     [
         # Fanuc and alike
         ("s0.nc", ISO.replace("S5000", "S0") + "G1 Z0 F300\nM30\n", 5, "switched on at S0"),
-        ("fagor.nc", ISO + "G1 Z-1. F300\nG73 Q45\nX10. Y0\nM30\n", 7, "Fagor's turn of the path"),
+        ("fagor.nc", ISO + "G1 Z-1. F300\nG73 Q45\nX10. Y0\nM30\n", 6, "Fagor's turn of the path"),
         ("zeros.nc", "G21\nG10 L2 P1 X1 Y2 A4 B5 C6\nG92 X0 A0 B3\nM30\n", 5, "nothing is cut"),
         ("tap.nc", ISO + "G33.1 Z-1. K0.5\nM30\n", 5, "which needs a spindle coupled to the feed .G33.1. is not read"),
         ("arc.nc", ISO + "G1 Z0 F300\nG2 X2000. I999.5\nM30\n", 6, "0.001000 m apart in radius"),

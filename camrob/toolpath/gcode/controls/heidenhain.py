@@ -27,7 +27,7 @@ from camrob.toolpath.gcode.lexer import Block
 
 __all__ = ["HEIDENHAIN"]
 
-_BEGIN = re.compile(r"^[ \t]*(?:[0-9]+[ \t]+)?BEGIN[ \t]+PGM[ \t]", re.M)
+_BEGIN = re.compile(r"^[ \t]*(?:N?[0-9]+[ \t]+)?BEGIN[ \t]+PGM[ \t]", re.M)
 _GRAMMAR = Grammar(
     levels=({k: ARITHMETIC[k] for k in "+-"}, {k: ARITHMETIC[k] for k in "*/"}, {"^": ARITHMETIC["^"]}),
     functions={**{k: FUNCTIONS[k] for k in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "ABS", "LN", "EXP")}},

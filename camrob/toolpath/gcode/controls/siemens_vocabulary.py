@@ -89,7 +89,11 @@ REFUSED = {
     "OFFN": "an offset of the contour (OFFN)",
     "ISD": "3-D cutter compensation (ISD)",
     "OEMIPO1": "an interpolation of the maker's",
+    **dict.fromkeys(("A2", "B2", "C2"), "the tool's axis by angles (A2=, B2=, C2=)"),
+    **dict.fromkeys(("A4", "B4", "C4", "A5", "B5", "C5"), "the tool's axis by the surface's normal"),
+    **dict.fromkeys(("LEAD", "TILT"), "the tool's axis against the path (LEAD=, TILT=)"),
 }
+_GIVEN = frozenset("A2 B2 C2 A4 B4 C4 A5 B5 C5 LEAD TILT".split())  # with an equals sign: A2.5 is an angle of A
 
 
 _FIXED = re.compile(r"\bG7[45](?![0-9])")
@@ -110,6 +114,8 @@ def fixed_point(text: str) -> str:
 
 def stands(word: str, rest: str) -> bool:
     """Whether the word begins `rest`, and no longer one does."""
+    if word in _GIVEN:
+        return rest.startswith(f"{word}=")
     return rest.startswith(word) and not re.match(r"[A-Z0-9_]*[A-Z_](?![-+=.0-9])|[0-9]", rest[len(word) :])
 
 
