@@ -30,8 +30,6 @@ RIGHT = {
     "body.Names.__init__:elements:1": "names",
     "body.Names.tool:arms:1": "names",
     "body.Names.tool:condition-false:1": "names",
-    "body.Names.tool:arms:1": "names",
-    "body.Names.tool:condition-false:1": "names",
     "body.Names.tool:constant-plus:1": "names",
     "rapid_numbers.EXTERNAL_DECIMALS:constant-plus:1": "a decimal more",
     "rapid_numbers._UNIT:constant-little:1": "the last decimal of eight",
