@@ -7,6 +7,7 @@ Angles are the chain's q.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,28 +107,29 @@ class Arm:
     def branches(self, foot_T_tool: Array, near: Array) -> list[Array]:
         """All postures (6,) within limits that put the tool at one pose, each on the turn nearest to `near`.
 
-        Empty where the pose is out of reach or every branch passes a limit (`follow` tells which).
+        Empty where the pose is out of reach or every branch passes a limit (`turned` tells which).
         """
-        found = []
-        for q in self._solutions(foot_T_tool, near):
-            fitted = _fit_turns(q, self.lower, self.upper)
-            if np.all(fitted >= self.lower - 1e-9) and np.all(fitted <= self.upper + 1e-9):
-                found.append(np.clip(fitted, self.lower, self.upper))
-        return found
+        found = self.turned(foot_T_tool, near)
+        return [np.clip(q, self.lower, self.upper) for q in found if not self.passed(q)]
+
+    def turned(self, foot_T_tool: Array, near: Array) -> list[Array]:
+        """All postures (6,) that put the tool at one pose, each on the turn nearest to `near`, or on one within the limits."""
+        return [_fit_turns(q, self.lower, self.upper) for q in self._solutions(foot_T_tool, near)]
+
+    def passed(self, q: Array) -> str:
+        """Which limit a posture (6,) passes, the first in the chain; "" for none."""
+        beyond = np.flatnonzero((q < self.lower - 1e-9) | (q > self.upper + 1e-9))
+        return f"at A{beyond[0] + 1}'s limit" if len(beyond) else ""
 
     def reasons(self, foot_T_tool: Array, near: Array) -> dict[str, int]:
         """Why branches of a pose are no good: reason to count."""
-        tally: dict[str, int] = {}
-        solutions = self._solutions(foot_T_tool, near)
-        if not solutions:
-            tally["out of reach"] = 1 if self.searched else 8
-        for q in solutions:
-            fitted = _fit_turns(q, self.lower, self.upper)
-            beyond = np.flatnonzero((fitted < self.lower - 1e-9) | (fitted > self.upper + 1e-9))
-            for i in beyond[:1]:
-                key = f"at A{i + 1}'s limit"
-                tally[key] = tally.get(key, 0) + 1
-        return tally
+        met = [self.passed(q) for q in self.turned(foot_T_tool, near)] or ["out of reach"] * self.together
+        return dict(Counter(filter(None, met)))
+
+    @property
+    def together(self) -> int:
+        """How many postures a pose has at the most, counted together where it is out of reach."""
+        return 1 if self.searched else 8
 
     @property
     def searched(self) -> bool:

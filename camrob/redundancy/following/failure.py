@@ -6,82 +6,78 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.joint import Role
 from camrob.errors import JobError, LimitError, SingularError, UnreachableError
 from camrob.kinematics.arm import STARTS, Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.redundancy.following.follower import FAILED_SINGULAR, FollowState
+from camrob.redundancy.following.nearest_miss import Miss, beyond_span, nearest_miss
 from camrob.redundancy.path import ToolPathInBase
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["explain_failure", "tally_postures"]
+__all__ = ["explain_failure", "explain_unreached"]
 
 Array = NDArray[np.float64]
 
-_TURN, _SPAN = 12, 9  # values of an endless axis, and of one with limits, that a scan goes through
+_ELSEWHERE = "place the part elsewhere (part_in_base)"
 
 
-def tally_postures(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> dict[str, int]:
-    """What an even scan over external axes, roll and branches meets at a pose: reason to count, "in reach" among them."""
-    grids = []
-    for i, joint in enumerate(cell.joints):
-        if joint.role is Role.ARM:
-            continue
-        if joint.endless:
-            grids.append((i, np.linspace(-np.pi, np.pi, _TURN, endpoint=False)))
-        else:
-            grids.append((i, np.linspace(joint.q_lower, joint.q_upper, _SPAN)))
-    tally: dict[str, int] = {}
-    mesh = np.meshgrid(*[g for _, g in grids], indexing="ij") if grids else []
-    count = mesh[0].size if grids else 1
-    postures = np.tile(near, (count, 1))
-    for (i, _), values in zip(grids, mesh, strict=True):
-        postures[:, i] = values.ravel()
-    poses = arm.foot_T_tool(np.broadcast_to(base_T_tip, (count, 4, 4)), postures)  # frames: tip is tool
-    for k in range(count):
-        inside = len(arm.branches(poses[k], near[cell.arm_slice]))
-        if inside:
-            tally["in reach"] = tally.get("in reach", 0) + inside
-        for reason, number in arm.reasons(poses[k], near[cell.arm_slice]).items():
-            tally[reason] = tally.get(reason, 0) + number
-    return tally
-
-
-def _tried(cell: Cell, arm: Arm) -> str:
-    """How it is known that no posture reaches a point: by what is closed over a lattice, or by a search, which proves nothing."""
-    axes = [j for j in cell.joints if j.role is not Role.ARM]
-    values = int(np.prod([_TURN if j.endless else _SPAN for j in axes]))
-    where = f" at each of {values} values of {', '.join(j.name for j in axes)}" if axes else ""
+def _evidence(cell: Cell, arm: Arm, base_T_tip: Array, miss: Miss) -> str:
+    """What it rests on that no posture reaches a point, and what would have to give."""
+    beyond = beyond_span(cell, arm, base_T_tip)
+    where = f" at each of {miss.values} values of {', '.join(miss.axes)}" if miss.axes else ""
+    if beyond > 0.0:
+        return f"proved: {m_to_mm(beyond):.0f} mm at least beyond the stretched arm{_wherever(cell)}"
     if arm.searched:
-        return f"searched from {STARTS} starts{where}, which is not a proof"
-    return f"all branches by closed form{where}"
+        known = f"searched from {STARTS} starts{where}, which is not a proof"
+    elif miss.axes:
+        known = f"searched, not proved: all branches by closed form{where}, and on from the nearest"
+    else:
+        known = "proved: all branches by closed form"
+    if miss.q is None:
+        return f"{known}; whatever its limits, the arm is too short there, or folds too little"
+    joints = " and ".join(f"{name} by {rad_to_deg(past):.1f}" for name, past in miss.past.items())
+    stand = ", ".join(_stand(cell, name, miss.q) for name in cell.external_names)
+    return f"{known}; the nearest posture passes the limits of {joints} degrees" + (f", with {stand}" if stand else "")
+
+
+def _wherever(cell: Cell) -> str:
+    names = cell.external_names
+    return f", wherever {' and '.join(names)} stand{'s' if len(names) == 1 else ''}" if names else ""
+
+
+def _stand(cell: Cell, name: str, q: Array) -> str:
+    """Where an external axis stands in a posture, as the controller shows it."""
+    i = cell.index(name)
+    value = float(cell.joints[i].axis_value(q[i]))
+    return f"{name} at " + (
+        f"{m_to_mm(value):.0f} mm" if cell.joints[i].prismatic else f"{rad_to_deg(value):.1f} degrees"
+    )
 
 
 def explain_failure(
     cell: Cell, arm: Arm, path: ToolPathInBase, point: int, base_T_target: Array, code: int, state: FollowState
 ) -> JobError:
     """The error for a path point (index) that the follower could not follow; `base_T_target` is where it stopped short."""
-    line = int(path.line[point]) or int(path.line[min(point + 1, len(path) - 1)])
-    region = str(int(path.region[point])) if path.region[point] >= 0 else ""
+    line, region = _place(path, point)
     reached = base_T_tool(cell, state.q)
     gap = float(np.linalg.norm(base_T_target[:3, 3] - reached[:3, 3]))
-    tally = tally_postures(cell, arm, base_T_target, state.q)  # frames: target is tip
+    miss = nearest_miss(cell, arm, base_T_target, state.q)  # frames: target is tip
     stopped = [i for i in range(len(cell)) if state.side[i] != 0]
     tilt = float(np.arccos(np.clip(base_T_target[:3, 2] @ reached[:3, 2], -1.0, 1.0)))
     short = f"the tool stays {m_to_mm(gap):.3f} mm and {rad_to_deg(tilt):.3f} degrees away"
     if code == FAILED_SINGULAR:
         return SingularError(
-            f"the cell has no way on from a singular posture; {short}; place the part elsewhere (part_in_base)",
+            f"the cell has no way on from a singular posture; {short}; {_ELSEWHERE}",
             line=line,
             region=region,
-            reasons=tally,
+            reasons=miss.tally,
         )
-    if not tally.get("in reach"):
+    if not miss.reached:
         return UnreachableError(
-            f"no posture of the cell reaches this point ({_tried(cell, arm)}); {short}; place the part elsewhere (part_in_base)",
+            f"no posture of the cell reaches this point ({_evidence(cell, arm, base_T_target, miss)}); {short}; {_ELSEWHERE}",
             line=line,
             region=region,
-            reasons=tally,
+            reasons=miss.tally,
         )
     if stopped:
         i = stopped[0]
@@ -98,12 +94,34 @@ def explain_failure(
             value=edge,
             limit=edge,
             unit="mm" if joint.prismatic else "degrees",
-            reasons=tally,
+            reasons=miss.tally,
         )
     return UnreachableError(
         f"the path can't be followed from the posture that it was begun in; {short}; move the part (part_in_base) "
         "or cut the operation in two",
         line=line,
         region=region,
-        reasons=tally,
+        reasons=miss.tally,
     )
+
+
+def explain_unreached(cell: Cell, arm: Arm, path: ToolPathInBase, point: int, base_T_target: Array) -> JobError:
+    """The error for a path point (index) that a scan of the plan's reached by no posture."""
+    line, region = _place(path, point)
+    miss = nearest_miss(cell, arm, base_T_target, cell.q_home)  # frames: target is tip
+    if miss.reached:
+        what = "the plan's scan of table, track and roll found no posture at this point, though there is one"
+        return UnreachableError(f"{what}; {_ELSEWHERE}, or leave out --method", line=line, region=region)
+    known = _evidence(cell, arm, base_T_target, miss)
+    return UnreachableError(
+        f"no posture of the cell reaches this point ({known}); {_ELSEWHERE}",
+        line=line,
+        region=region,
+        reasons=miss.tally,
+    )
+
+
+def _place(path: ToolPathInBase, point: int) -> tuple[int, str]:
+    """Line and region of a path point (index)."""
+    line = int(path.line[point]) or int(path.line[min(point + 1, len(path) - 1)])
+    return line, str(int(path.region[point])) if path.region[point] >= 0 else ""

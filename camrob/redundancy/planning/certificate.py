@@ -1,8 +1,9 @@
 """The certificate: at every waypoint the best 1/k_F that any posture of the cell within its limits allows.
 
 A scan over external axes, roll and branches at a few poses that stand for the path finds the basins; from the best of
-them, and from the neighbour's best, a compass search climbs at every waypoint. The scan is what makes the bound global:
-it is a searched bound, not a proven one, so a posture found elsewhere that beats it raises it (`Certificate.raised`).
+them, and from the neighbour's best, a compass search climbs at every waypoint; where limits leave little room these miss
+poses, which are scanned for themselves. The scan is what makes the bound global: it is a searched bound, not a proven one, so a
+posture found elsewhere that beats it raises it (`Certificate.raised`).
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ _PRISMATIC_STEP = 0.15  # m
 _REVOLUTE_STEP = 0.35  # rad
 _GRID = 4000  # external postures at most
 _ANCHORS = 40  # poses that are scanned
+_MORE = 4  # times as many each time that some are still not reached
 _BASIN_NODES = 2000  # best nodes of a scan among which the basins are looked for
 _STARTS = 4  # basins of a scanned pose that are climbed from
 _CLIMB_FIRST, _CLIMB_NEAR, _CLIMB_LAST = 0.1, 0.02, 5e-4  # rad or m, steps of the compass search
@@ -39,11 +41,15 @@ _CLIMB_FIRST, _CLIMB_NEAR, _CLIMB_LAST = 0.1, 0.02, 5e-4  # rad or m, steps of t
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """The best 1/k_F (W,) found at W poses, with the freedoms u (W, F) and branch (W,) that reach it; 0 where none does."""
+    """The best 1/k_F (W,) found at W poses, with the freedoms u (W, F) and branch (W,) that reach it; 0 where none does.
+
+    unreached: a pose that a scan of its own reaches by nothing, -1 where all are reached; no further pose was looked for then.
+    """
 
     inv_kf: Array
     u: Array
     branch: Ints
+    unreached: int = -1
 
     def __post_init__(self) -> None:
         n = len(self.inv_kf)
@@ -91,13 +97,13 @@ class Survey:
     price: Array | None = None
 
 
-def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None) -> Survey:
-    """Scan the poses that stand for all (W, 4, 4); about 20 ms for each of 40 at most.
+def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None, *, count: int = _ANCHORS) -> Survey:
+    """Scan the poses that stand for all (W, 4, 4); about 20 ms for each of `count` at most.
 
     score: what gives the scan's postures their 1/k_F in batches, where the compiled scan is not to do that.
     """
-    frames = np.ascontiguousarray(base_T_tip)
-    anchors, nearest = representatives(frames, _ANCHORS)
+    frames = locked(base_T_tip)
+    anchors, nearest = representatives(frames, count)
     grid = external_grid(space)
     best = np.empty((len(anchors), len(grid)), np.float32)
     u = np.empty((len(anchors), _STARTS, len(space.free)))
@@ -119,12 +125,28 @@ def survey_poses(space: PlanSpace, base_T_tip: Array, score: Score | None = None
     return Survey(anchors, nearest, grid, best, u, branch)
 
 
-def certify(space: PlanSpace, base_T_tip: Array, survey: Survey | None = None) -> Certificate:
-    """The certificate of poses (W, 4, 4) in the order of travel; under 1 ms a pose beside the survey."""
-    frames = np.ascontiguousarray(base_T_tip)
-    survey = survey_poses(space, frames) if survey is None else survey
-    value, u, branch = _climb_all(space, frames, survey.anchors, survey.nearest, survey.u, survey.branch)
-    return Certificate(value, u, branch)
+def certify(
+    space: PlanSpace, base_T_tip: Array, survey: Survey | None = None, score: Score | None = None
+) -> Certificate:
+    """The certificate of poses (W, 4, 4) in the order of travel; under 1 ms a pose beside the survey; `score`: `survey_poses`.
+
+    What no climb reaches is surveyed anew, few poses of it at first. A scanned pose that nothing reaches ends that; each scan
+    reaches at least the pose that it is of, so that no more rounds are needed than there are poses.
+    """
+    poses = frames = locked(base_T_tip)
+    survey = survey_poses(space, frames, score) if survey is None else survey
+    W = len(frames)
+    value, u, branch, some, count = np.zeros(W), np.zeros((W, len(space.free))), np.zeros(W, np.int64), np.arange(W), 1
+    while True:
+        found = _climb_all(space, frames, survey.anchors, survey.nearest, survey.u, survey.branch)
+        value[some], u[some], branch[some] = found
+        empty = some[survey.anchors[survey.best.max(axis=1) <= 0.0]]
+        some = np.flatnonzero(value <= 0.0)
+        if len(empty) or not len(some):
+            return Certificate(value, u, branch, int(empty.min()) if len(empty) else -1)
+        frames = locked(poses[some])
+        survey = survey_poses(space, frames, score, count=count)
+        count = min(_MORE * count, _ANCHORS)
 
 
 def external_grid(space: PlanSpace) -> Array:

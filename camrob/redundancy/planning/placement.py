@@ -84,8 +84,7 @@ def place_part(
     value = np.empty((len(placed), len(chosen)))
     for start in range(0, len(placed), _CHUNK):
         some = placed[start : start + _CHUNK]
-        base_T_tip = np.einsum("aij,bjk->abik", some, part_T_tip)
-        value[start : start + _CHUNK] = _bounds(space, base_T_tip.reshape(-1, 4, 4)).reshape(len(some), -1)
+        value[start : start + _CHUNK] = _bounds(space, np.einsum("aij,bjk->abik", some, part_T_tip))
         if progress is not None:
             progress((start + len(some)) / len(placed))
     reached = np.all(value > 0.0, axis=1)
@@ -99,9 +98,18 @@ def place_part(
 
 
 def _bounds(space: PlanSpace, base_T_tip: Array) -> Array:
-    """The best 1/k_F (W,) at poses (W, 4, 4): by the certificate, or over the branches where the cell has no spare freedom."""
-    if len(space.free):
-        # locked, as plans' poses are: compiled once for both
-        return np.asarray(certify(space, locked(base_T_tip)).inv_kf)
-    grid = external_grid(space)
-    return np.array([scan(space, frame, grid, 1).max() for frame in base_T_tip], float)
+    """The best 1/k_F (P, A) at poses (P, A, 4, 4) of placements: by the certificate, or over the branches where the cell has no
+    spare freedom. Of a placement that has a pose out of reach not all are looked for.
+    """
+    P, A = base_T_tip.shape[:2]
+    poses = locked(base_T_tip.reshape(P * A, 4, 4))
+    if not len(space.free):
+        grid = external_grid(space)
+        return np.array([scan(space, frame, grid, 1).max() for frame in poses], float).reshape(P, A)
+    value = np.array(certify(space, poses).inv_kf)
+    for placement in np.arange(P * A).reshape(P, A):
+        for k in placement[value[placement] <= 0.0]:  # what another placement out of reach kept from being looked for
+            value[k] = certify(space, poses[k : k + 1]).inv_kf[0]
+            if value[k] <= 0.0:
+                break
+    return np.asarray(value.reshape(P, A))

@@ -153,7 +153,9 @@ def _planes(
                 count += 1
         if still == 0:
             continue
-        if half > least and count + waiting + 6 < _MOST:
+        if (
+            half > least and first + WAYS * (waiting + 2) <= planes.shape[0]
+        ):  # each piece that waits may leave a plane a way
             count = first
             for side in range(2):
                 store[waiting, 0], store[waiting, 1] = middle + (side - 0.5) * half, 0.5 * half
@@ -182,7 +184,7 @@ def planes_of_bins(
     """
     B = box.shape[0]
     offset, planes = np.zeros(B + 1, np.int64), np.empty((1024, 5))
-    some, store, deep = np.empty((_MOST + 4, 5)), np.empty((_MOST, 3)), np.empty((_DEEP, 12))
+    some, store, deep = np.empty((_MOST, 5)), np.empty((_MOST, 3)), np.empty((_DEEP, 12))
     for b in range(B):
         count = _planes(shape, power, threshold, frame[b], box[b].copy(), least, cap[b], few, some, store, deep)
         offset[b + 1] = offset[b] + count

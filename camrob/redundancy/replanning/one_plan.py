@@ -17,8 +17,7 @@ from camrob.kinematics.arm import Arm
 from camrob.progress import Share
 from camrob.redundancy.accuracy.posture_errors import PostureErrors
 from camrob.redundancy.clock import Clock
-from camrob.redundancy.following.failure import explain_failure
-from camrob.redundancy.following.follower import FAILED_NOT_REACHED
+from camrob.redundancy.following.failure import explain_unreached
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanBasis, PlanReport
 from camrob.redundancy.planning.certificate import Certificate, Survey, certify, survey_poses
@@ -31,9 +30,7 @@ from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
-from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
-from camrob.redundancy.published.weighting import even_weights
-from camrob.redundancy.replanning.second_look import second_look
+from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -148,10 +145,10 @@ def _ground(task: Task, path: ToolPathInBase, weights: PlanWeights, report_share
     w = waypoints(path, SPACING)
     survey = survey_poses(task.space, w.base_T_tip, task.score)
     report_share(0.1)
-    certificate = second_look(task.space, w.base_T_tip, certify(task.space, w.base_T_tip, survey), task.score)
+    certificate = certify(task.space, w.base_T_tip, survey, task.score)
     report_share(0.25)
-    if np.any(certificate.inv_kf <= 0.0):
-        raise _unreached(task.cell, path, w, int(np.argmin(certificate.inv_kf)))
+    if certificate.unreached >= 0:
+        raise _unreached(task.cell, path, w, certificate.unreached)
     budget = _budget(task.cell, path, weights) if task.mode == "knee" else {}
     task.grounds[path.digest] = _Ground(w, survey, certificate, budget)
     return task.grounds[path.digest]
@@ -182,10 +179,8 @@ def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str,
 
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
     """The error for a waypoint that no posture reaches."""
-    point = int(w.point[k])
-    state = PathFollower(cell, path, weighting=even_weights(cell)).home()
-    base_T_target = np.asarray(w.base_T_tip[k])  # frames: target is tip
-    return explain_failure(cell, Arm.of(cell), path, point, base_T_target, FAILED_NOT_REACHED, state)
+    base_T_target = np.asarray(w.base_T_tip[k])
+    return explain_unreached(cell, Arm.of(cell), path, int(w.point[k]), base_T_target)
 
 
 def followed_plan(task: Task, path: ToolPathInBase, plan: Plan) -> Followed:

@@ -13,10 +13,10 @@ import numpy as np
 
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import read_inputs
-from camrob.redundancy.planned import SPACING
 from camrob.redundancy.planning.certificate import certify
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.waypoints import waypoints
+from camrob.redundancy.replanning.one_plan import SPACING
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 

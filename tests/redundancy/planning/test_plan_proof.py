@@ -94,6 +94,14 @@ def test_no_posture_in_a_cell_is_cheaper_than_what_is_linear_between_the_prices_
         assert caught > 0
 
 
+def test_a_bin_in_which_everything_counts_keeps_to_its_room():
+    """Pieces of 0.3 degrees and no posture passed over: all 512 planes are used, and none is written beyond them."""
+    shape, box = arm_shape(CELL, UP), np.zeros((1, 2, 5))
+    box[0, :, 3], box[0, :, 4], box[0, 1, :2] = (1.4, 0.1), (0.3, 0.1), 0.1
+    offset, planes = planes_of_bins(shape, 4.0, 0.5, np.eye(3)[None].copy(), box, np.full(1, 0.01), 0.005, 0)
+    assert 480 < offset[1] <= 512 and len(planes) == offset[1]
+
+
 def test_steps_are_nowhere_dearer_than_the_move_and_near_it():
     rng = np.random.default_rng(5)
     W = 200
