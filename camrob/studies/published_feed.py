@@ -1,4 +1,6 @@
-"""A published feed scheme, point by point: raised in steps until a constraint breaks (Duong and others 2020, Figure 2)."""
+"""A published feed scheme, raised in steps until a constraint breaks (Duong and others 2020, Figure 2), as it can be read: at
+each point by itself, or a step a point along the seam.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.timing.path_spline import MotionBounds
 
-__all__ = ["PublishedFeed", "constant_feed_bound", "motion_along", "profile_excess", "raised_feed"]
+__all__ = ["PublishedFeed", "constant_feed_bound", "marched_feed", "motion_along", "profile_excess", "raised_feed"]
 
 Array = NDArray[np.float64]
 
@@ -65,6 +67,27 @@ def raised_feed(
         )
     axis = np.argmax(ratios[np.arange(len(feed)), np.maximum(stopped, 0)], axis=1)
     return PublishedFeed(feed, stopped, np.where(stopped < 0, -1, axis))
+
+
+def marched_feed(
+    s: Array, d1: Array, d2: Array, d3: Array, bounds: MotionBounds, *, first: float, step: float, top: float
+) -> Array:
+    """The scheme read as a march along s (N,): the feed (N,), one `step` higher than at the point before as long as no bound
+    breaks with the feed's own df/dt and d2f/dt2, else the highest of the steps below that breaks none; `first` where all do.
+    """
+    feed = np.full(len(s), first)
+    before = 0.0
+    for k in range(1, len(s)):
+        steps = int(np.floor((min(feed[k - 1] + step, top) - first) / step + 1e-9))
+        for f in first + step * np.arange(steps, -1, -1):
+            u = (f * f - feed[k - 1] ** 2) / (2.0 * (s[k] - s[k - 1]))
+            w = (u - before) * (f + feed[k - 1]) / (2.0 * (s[k] - s[k - 1]))
+            moved = motion_along(d1[k], d2[k], d3[k], *(np.array([v]) for v in (f, u, w)))
+            limits = (bounds.speed, bounds.acceleration, bounds.jerk)
+            if f == first or all(np.all(np.abs(m) <= limit) for m, limit in zip(moved, limits, strict=True)):
+                break
+        feed[k], before = f, u
+    return feed
 
 
 def profile_excess(s: Array, feed: Array, d1: Array, d2: Array, d3: Array, bounds: MotionBounds) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from camrob.dynamics.torques import JointTorques, joint_torques
 from camrob.studies.published_feed import (
     PublishedFeed,
     constant_feed_bound,
+    marched_feed,
     motion_along,
     profile_excess,
     raised_feed,
@@ -58,7 +59,8 @@ class SeamOptimum(NamedTuple):
 
 class Scheme(NamedTuple):
     """The published scheme for one top feed at the paper's points, its time, how far it uses the bounds with its own df/dt
-    (3,), and the optima with moving ends and from rest to rest.
+    (3,), and the optima with moving ends and from rest to rest. marched, marched_at, marched_use: the same of the scheme
+    read as a march, a step a point.
     """
 
     top: float
@@ -67,6 +69,9 @@ class Scheme(NamedTuple):
     use: Array
     moving: SeamOptimum
     resting: SeamOptimum
+    marched: Array
+    marched_at: Array
+    marched_use: Array
 
 
 class LoadCase(NamedTuple):
@@ -145,7 +150,10 @@ def _scheme(seam: Seam, points: SeamMotion, fine: SeamMotion, bounds: MotionBoun
     published = raised_feed(j.d1, j.d2, j.d3, bounds, first=seam.feed_first, step=seam.feed_step, top=top)
     use, at = profile_excess(points.s, published.feed, j.d1, j.d2, j.d3, bounds)
     moving, resting = (_optimum(fine, bounds, top, rests=rests) for rests in (False, True))
-    return Scheme(top, published, at, use.max(axis=0), moving, resting)
+    marched = marched_feed(points.s, j.d1, j.d2, j.d3, bounds, first=seam.feed_first, step=seam.feed_step, top=top)
+    marched_use, marched_at = profile_excess(points.s, marched, j.d1, j.d2, j.d3, bounds)
+    use = use.max(axis=0)
+    return Scheme(top, published, at, use, moving, resting, marched, marched_at, marched_use.max(axis=0))
 
 
 def _optimum(fine: SeamMotion, bounds: MotionBounds, top: float, *, rests: bool) -> SeamOptimum:

@@ -1,6 +1,7 @@
 """The tracker beside other solvers: same chain of nine joints, same path, same stopping rule, quality first.
 
-Run: OMP_NUM_THREADS=1 python tests/bench/bench_peers.py [--install] [--parts] [--points N] [--out DIR] [--cache DIR]
+Run: OMP_NUM_THREADS=1 python tests/bench/bench_peers.py [--install] [--parts] [--redraw PAGE] [--points N] [--out DIR]
+[--cache DIR]
 
 Every peer has an environment of its own under the cache folder (`--install` makes the missing ones with pip, several hundred
 megabytes each); one that is not there is left out, with the reason in the table. Thread time on one core, set-up left out.
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -192,25 +194,52 @@ def plot(rows, file: Path) -> None:
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(figsize=(8, 5))
-    for k, row in enumerate(sorted((row for row in rows if len(row) == 4), key=lambda row: row[2])):
-        axes.plot(row[2], row[3]["1/k_F min"], "o")
-        beside = (6, (-12, 4)[k % 2])  # neighbours in time don't cover each other's names
-        axes.annotate(row[0], (row[2], row[3]["1/k_F min"]), xytext=beside, textcoords="offset points", fontsize=8)
+    high = low = 0
+    for row in sorted((row for row in rows if len(row) == 4), key=lambda row: row[2]):
+        x, y = row[2], row[3]["1/k_F min"]
+        axes.plot(x, y, "o")
+        if y > 0.1:  # neighbours in time don't cover each other's names
+            above, high = (-12, 4, 4, -12, 4, -12)[high % 6], high + 1
+        else:  # and at the bottom not the next but one either
+            above, low = (4, -12, 15)[low % 3], low + 1
+        side, at = ("left", 6) if x < 3e3 else ("right", -6)
+        axes.annotate(row[0], (x, y), xytext=(at, above), textcoords="offset points", fontsize=8, ha=side)
     axes.set(xscale="log", xlabel="microseconds a point", ylabel="worst 1/k_F", xlim=(0.4, 3e4), ylim=(-0.03, 0.65))
     axes.grid(alpha=0.3)
     figure.tight_layout()
     figure.savefig(file, dpi=130)
 
 
+def drawn_before(page: Path) -> list[tuple[str, str, float, dict[str, float]]]:
+    """Rows of the table of solvers that stands in a page: what a figure is drawn of again without measuring."""
+    lines = iter(page.read_text(encoding="utf-8").splitlines())
+    head = next([c.strip() for c in line.split("|")[1:-1]] for line in lines if line.startswith("| solver |"))
+    next(lines)
+    rows = []
+    for line in lines:
+        cells = [c.strip() for c in line.split("|")[1:-1]]
+        if len(cells) != len(head):
+            return rows
+        told = dict(zip(head, cells, strict=True))
+        time = float(told["microseconds a point"].replace(" ", ""))
+        name = re.split(r" (?=\d|with|\(its|first)|, (?=a pose|first)", told["solver"])[0]
+        rows.append((name, "", time, {"1/k_F min": float(told["worst 1/k_F"])}))
+    return rows
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="the tracker beside other solvers")
     parser.add_argument("--install", action="store_true")
     parser.add_argument("--parts", action="store_true", help="closed forms and feed alone")
+    parser.add_argument("--redraw", type=Path, help="draw peers.png of the table in this page, and measure nothing")
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--out", type=Path, default=Path("out"))
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "camrob-peers")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
+    if arguments.redraw:
+        plot(drawn_before(arguments.redraw), arguments.out / "peers.png")
+        return
     text = ""
     if not arguments.parts:
         rows = rows_of(arguments)

@@ -19,7 +19,8 @@ from camrob.jobs.feed import feed
 from camrob.jobs.studies.weld import weld
 from camrob.kinematics.adjusting import follow_points, point_jacobians
 from camrob.kinematics.frames import base_T_joint_frames, base_T_tool, world_T_base
-from camrob.studies.published_feed import constant_feed_bound, raised_feed
+from camrob.report.feed.page import weld_statements
+from camrob.studies.published_feed import constant_feed_bound, marched_feed, raised_feed
 from camrob.studies.seam import read_seam, seam_motion
 from camrob.studies.weld_study import study_weld
 
@@ -107,6 +108,32 @@ def test_the_scheme_stops_at_the_last_step_below_a_planted_bound():
     found = raised_feed(d1, zero, zero, bounds, first=0.01, step=0.02, top=0.4)
     assert found.feed.tolist() == pytest.approx([0.39, 0.25, 0.01])
     assert found.stopped.tolist() == [-1, 0, 0]
+
+
+def test_a_march_climbs_a_step_a_point_and_falls_back_where_a_planted_bound_breaks():
+    """Speeds of 1 rad/s at 2 rad/m allow 0.5 m/s, at 4 rad/m 0.25: the steps below, of 0.1 from 0.01 on, are 0.41 and 0.21."""
+    d1 = np.repeat([[2.0], [4.0], [2.0]], [7, 2, 2], axis=0)
+    zero, s = np.zeros_like(d1), 0.1 * np.arange(len(d1))
+    free = study().bounds._replace(speed=np.array([1.0]), acceleration=np.array([np.inf]), jerk=np.array([np.inf]))
+    found = marched_feed(s, d1, zero, zero, free, first=0.01, step=0.1, top=1.0)
+    assert found == pytest.approx([0.01, 0.11, 0.21, 0.31, 0.41, 0.41, 0.41, 0.21, 0.21, 0.31, 0.41])
+    slow = free._replace(acceleration=np.array([0.5]))  # of 2 rad/m times u, which a first step takes to 0.12
+    assert marched_feed(s, d1, zero, zero, slow, first=0.01, step=0.1, top=1.0)[:3] == pytest.approx([0.01, 0.11, 0.21])
+    slower = free._replace(acceleration=np.array([0.11]))
+    assert marched_feed(s, d1, zero, zero, slower, first=0.01, step=0.1, top=1.0)[:3] == pytest.approx(
+        [0.01, 0.01, 0.01]
+    )
+
+
+def test_both_readings_of_the_scheme_are_told():
+    low, high = study().schemes
+    assert low.marched[:59] == pytest.approx(0.01 + 0.005 * np.arange(59)) and np.all(
+        low.marched[58:] == pytest.approx(0.3)
+    )
+    assert high.marched[-1] == pytest.approx(0.51)  # 100 steps: it never comes to a limit
+    assert max(low.marched_use.max(), high.marched_use.max()) < 0.6
+    told = weld_statements(CELL, study())[2]
+    assert told.verdict == "unclear" and "0.300 m/s throughout" in told.found and "0.010 to 0.300 m/s" in told.found
 
 
 def test_the_true_optimum_is_not_slower_and_breaks_nothing():
