@@ -61,9 +61,8 @@ def nearest_miss(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> Miss:
     def past(u: Array, count: bool = False) -> tuple[float, Array | None]:
         q = near.copy()
         q[free] = u
-        return _excess(
-            arm, arm.foot_T_tool(base_T_tip, q), q, cell.arm_slice, tally if count else None
-        )  # frames: tip is tool
+        foot_T_tool = arm.foot_T_tool(base_T_tip, q)  # frames: tip is tool
+        return _excess(arm, foot_T_tool, q, cell.arm_slice, tally if count else None)
 
     for k, u in enumerate(grid):
         excess[k] = past(u, count=True)[0]

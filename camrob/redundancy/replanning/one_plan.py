@@ -179,7 +179,7 @@ def _budget(cell: Cell, path: ToolPathInBase, weights: PlanWeights) -> dict[str,
 
 def _unreached(cell: Cell, path: ToolPathInBase, w: Waypoints, k: int) -> JobError:
     """The error for a waypoint that no posture reaches."""
-    base_T_target = np.asarray(w.base_T_tip[k])
+    base_T_target = np.asarray(w.base_T_tip[k])  # frames: target is tip
     return explain_unreached(cell, Arm.of(cell), path, int(w.point[k]), base_T_target)
 
 
