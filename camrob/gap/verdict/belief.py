@@ -31,7 +31,12 @@ class Belief:
     tool by less than what stays unexplained, or than `smooth_more` times that where it is as smooth and cancels
     others that are, which it does where their energies are `cancels` times that of them together, or where all claims take less
     than `taken` of the energy by which they move it; part_seen: of one of whose
-    pattern the logs show a part, and of one that needs such a one beside it.
+    pattern the logs show a part, and of one that needs such a one beside it; sure_from: times what stays, that a name has to
+    move the tool by to be nearly sure; shown: share of a name's energy from which a simpler one of its kind shows it;
+    delivered: of the energy by which a name moves the tool on samples that took no part, what it may take there at the least
+    and at the most and be nearly sure (the middle two) or likely (the outer two); takes_less, takes_more: how sure it can be
+    beyond these; most_part, most_times: of the gap's energy, or of the noise, what has to stay beside claims for even odds that
+    it is anything; of_gap: of the gap, what a slightly wrong description of the claims leaves, which is nothing unknown.
     """
 
     slope: float
@@ -53,8 +58,21 @@ class Belief:
     beside_more: float
     smooth_more: float
     cancels: float
+    sure_from: float
+    shown: float
     taken: float
     part_seen: float
+    delivered: tuple[float, float, float, float]
+    takes_less: float
+    takes_more: float
+    most_part: float
+    most_times: float
+    of_gap: float
+
+    @property
+    def likely(self) -> float:
+        """How sure a name can be at the most of which something else may be the likeness."""
+        return self.surest * self.part_seen
 
     def effect(self, probability: float, *, impossible: bool = False) -> float:
         """Probability of an effect, from that of the sets that hold it."""
@@ -65,6 +83,23 @@ class Belief:
     def unknown(self, structure: float, share: float) -> float:
         """Probability that something unknown stays. structure: in noises; share: of the gap."""
         size = min(structure / self.stays, share / self.share)
+        return float(1.0 / (1.0 + np.exp(-self.steep * (size - 1.0))))
+
+    def delivers(self, share: float) -> float:
+        """How sure a name can be at the most that takes a share of the energy by which it moves the tool on samples that took
+        no part.
+        """
+        least, less, more, most = self.delivered
+        if less <= share <= more:
+            return self.surest
+        return self.takes_less if share < least else self.takes_more if share > most else self.likely
+
+    def matters(self, rms: float, share: float, noise: float) -> float:
+        """Probability that what stays beside claims is something unknown. rms: m of it, beyond the noise (m); share: of the gap's
+        energy.
+        """
+        much = max(share / self.most_part, rms / (self.most_times * noise))
+        size = min(much, rms / (self.stays * noise), float(np.sqrt(share)) / self.of_gap)
         return float(1.0 / (1.0 + np.exp(-self.steep * (size - 1.0))))
 
     def surprised(self, beyond: float, noise: float, discrepancy: float, doubt: float) -> bool:
@@ -92,6 +127,14 @@ BELIEF = Belief(
     beside_more=0.8,
     smooth_more=2.0,
     cancels=2.0,
+    sure_from=2.0,
+    shown=0.9,
     taken=0.5,
     part_seen=0.8,
+    delivered=(0.5, 0.75, 1.15, 2.0),
+    takes_less=0.55,
+    takes_more=0.4,
+    most_part=0.1,
+    most_times=1.2,
+    of_gap=0.03,
 )

@@ -11,9 +11,10 @@ from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.carried_over import carried_over
+from camrob.gap.verdict.delivers import taken
 from camrob.gap.verdict.remains import left_panels
 
-__all__ = ["SMOOTH", "beside_more", "gains", "taken"]
+__all__ = ["SMOOTH", "beside_more", "gains"]
 
 SMOOTH = frozenset({"position", "load", "time"})
 """Regimes that change slowly, as the discrepancy does."""
@@ -27,6 +28,7 @@ def beside_more(
     better by it. Names that follow posture, load or time alone and mostly cancel have to move it by more: together they are any
     smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody reported take up.
     So are a drive's lag and delay that mostly cancel, or move less than its friction: they may be the course that it has.
+    No name is nearly sure that moves the tool by less than twice what stays.
     Claims that together take far less than they move the tool by work against something that is not claimed.
     """
     stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
@@ -34,7 +36,7 @@ def beside_more(
     smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)} & set(sizes)
     cancel = _cancel(model, sizes, smooth)
     small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
-    carried = carried_over(model, trial, small)
+    carried = carried_over(model, trial, [n for n, s in sizes.items() if s < BELIEF.sure_from * stays])
     small = [n for n in small if n not in carried]
     less = gains(model, trial, [n for n in small if sizes[n] < stays])
     left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
@@ -45,7 +47,9 @@ def beside_more(
         left = dict.fromkeys(steady, 1.0) | left
     if taken(together) < BELIEF.taken:
         left = dict.fromkeys(sizes, 1.0) | left
-    return {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
+    sure = carried | {n for n, s in sizes.items() if s >= BELIEF.sure_from * stays}
+    doubted = {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
+    return {n: p if n in sure else min(p, BELIEF.likely) for n, p in doubted.items()}
 
 
 def _cancel(model: Model, sizes: Mapping[str, float], names: Collection[str]) -> bool:
@@ -62,14 +66,6 @@ def gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[f
         last = shrinkage(model, trial, model.best.members, others)
         found[name] = Shrinkage(last.after, whole.after, whole.block).interval()
     return found
-
-
-def taken(together: Shrinkage) -> float:
-    """Share of the energy by which the claims move the tool on withheld samples, that they take there: about 1 of true causes."""
-    before, after, moved = (
-        float(np.sum(e**2)) for e in (together.before, together.after, together.before - together.after)
-    )
-    return (before - after) / max(moved, 1e-30)
 
 
 def _left_of_fitted(model: Model, probability: Mapping[str, float]) -> float:

@@ -19,7 +19,7 @@ from camrob.gap.verdict.plausible import unknown_text
 from camrob.summaries.diagnosis_summary import RegimeLeft, Unknown, UnknownPlace, UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["NOWHERE", "left_panels", "remains", "residual_regimes", "suspects"]
+__all__ = ["NOWHERE", "beyond_noise", "left_panels", "remains", "residual_regimes", "suspects"]
 
 NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
 """Of an unknown that is not likely."""
@@ -51,6 +51,12 @@ def residual_regimes(model: Model, panels: Sequence[Panel]) -> list[RegimeLeft]:
     return [RegimeLeft(regime=k, p_value=v.p_value, share=v.share) for k, v in found.items()]
 
 
+def beyond_noise(together: Shrinkage, noise: float) -> tuple[float, float]:
+    """m (rms) that stay on withheld samples beyond the noise (m), and the share of the gap's energy that this is."""
+    rms = float(np.sqrt(max(0.0, together.rms_after**2 - noise**2)))
+    return rms, min(1.0, (rms / max(together.rms_before, 1e-12)) ** 2)
+
+
 def remains(
     model: Model,
     panels: Sequence[Panel],
@@ -63,8 +69,7 @@ def remains(
     """What is unknown. panels: without the claimed effects; together: by how much these shrink the gap; shapes: of the
     unexplained, where its place has one; regimes: of the residual; implausible: effects that would fit with such values.
     """
-    rms = float(np.sqrt(max(0.0, together.rms_after**2 - model.noise**2)))
-    share = min(1.0, (rms / max(together.rms_before, 1e-12)) ** 2)
+    rms, share = beyond_noise(together, model.noise)
     if probability < 0.5:
         where, text, shapes = NOWHERE, "", ()
     else:

@@ -23,13 +23,15 @@ from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
 from camrob.gap.verdict.carried_over import carried_over
+from camrob.gap.verdict.delivers import held_to_delivery, restored
 from camrob.gap.verdict.effects_found import effects_found
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
-from camrob.gap.verdict.remains import left_panels, remains, residual_regimes, suspects
+from camrob.gap.verdict.remains import beyond_noise, left_panels, remains, residual_regimes, suspects
+from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown, UnknownPlace
@@ -42,9 +44,6 @@ Set = frozenset[int]
 _TRIES = 3  # times that sets without what is implausible are fitted anew
 _LIKELY = 0.02  # of the sets' probability that must be left for that
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
-# of the withheld gap's energy, and of the noise: an unknown with less leaves a gap explained, but what the instrument shows so
-# plainly is no small rest, however large the gap was
-_MOST_PART, _MOST_TIMES = 0.1, 3.0
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
@@ -82,17 +81,26 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability |= {n: probability[n] * BELIEF.part_seen for n in _likely_at_most(model, library)}
     believed = frozenset(n for n, p in probability.items() if p >= 0.5)
     model = without_company(with_fitting(_holding(model, believed), blocks), blocks, believed)
-    probability |= {n: probability[n] * BELIEF.impossible for n in _worse(model, trial, sorted(believed))}
+    worse = _worse(model, trial, sorted(believed))
+    probability |= {n: probability[n] * BELIEF.impossible for n in worse}
     probability = _held(model, trial, probability, library)
-    probability |= {n: probability[n] * BELIEF.impossible for n in _worse_together(model, trial, probability)}
+    worse += (together_worse := _worse_together(model, trial, probability))
+    probability |= {n: probability[n] * BELIEF.impossible for n in together_worse}
     members = _claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
     if members:
         probability = beside_more(model, trial, together, probability, library)
+    trials = (trial, blocks) if trial.named else (trial,)
+    probability = restored(model, trials, held_to_delivery(model, trials, probability), [*reasons, *worse])
     if (left_over := _claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
-    wider = shown_by_wider(model, library, [n for n, p in probability.items() if p >= 0.5])
-    probability |= {n: probability[n] * BELIEF.part_seen for n in wider}
+    named = [n for n, p in probability.items() if p >= 0.5]
+    alike = shown_by_simpler(model, library, named)
+    wider = {
+        n: [*more, *alike.get(n, ())]
+        for n, more in {**dict.fromkeys(alike, ()), **shown_by_wider(model, library, named)}.items()
+    }
+    probability |= {n: min(probability[n], BELIEF.likely) for n in wider}
     return _said(model, trial, library, members, together, probability, reasons, wider, in_world=in_world)
 
 
@@ -109,7 +117,7 @@ def _said(
     in_world: bool,
 ) -> Verdict:
     """The verdict on what is believed: the units claimed (members), by how much they shrink the gap, what stays and where."""
-    structure, unknown = _something_stays(model, trial, reasons)
+    structure, unknown, rest = _something_stays(model, trial, reasons)
     entries = effects_found(model, trial, library, probability, reasons, in_world, wider)
     claimed = tuple(e.effect for e in entries if e.claimed)
     regimes = residual_regimes(model, left := left_panels(model, members))
@@ -125,6 +133,13 @@ def _said(
         unknown = max(
             unknown, BELIEF.nothing_else if inside < 0.5 else 0.0, *(a.probability for a in sets if not a.effects)
         )
+    if claimed:
+        # what stays beside the claims, but for what other names may explain of it
+        more = sum(a.probability for a in sets if set(claimed) < set(a.effects))
+        left_by_claims, left_by_all = (
+            BELIEF.matters(*beyond_noise(s, model.noise), model.noise) for s in (together, rest)
+        )
+        unknown = (1.0 - more) * left_by_claims + more * min(left_by_claims, left_by_all)
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
@@ -139,7 +154,7 @@ def _said(
         members=members,
         shrunk=together,
         handed=handed,
-        status=_status(within, claimed, stays, m_to_mm(model.noise)),
+        status=_status(within, claimed, stays),
         stages=stages,
         effects=entries,
         together=_together(model, trial, members, together, handed),
@@ -233,9 +248,9 @@ def _claims(model: Model, probability: Mapping[str, float]) -> Set:
     return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
 
 
-def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float]:
-    """m that hang together on withheld samples beyond the likeliest set of effects, the discrepancy switched off; and the
-    probability that something unknown is at work beside it.
+def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float, Shrinkage]:
+    """m that hang together on withheld samples beyond the likeliest set of effects, the discrepancy switched off; the probability
+    that something unknown is at work beside it; and the gap on withheld samples without and with that set.
     """
     top = max(model.sets, key=lambda names: model.sets[names])
     members = frozenset(i for i in model.best.members if model.units[i].effect in top - {"unknown"})
@@ -244,7 +259,7 @@ def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> 
     beyond = max(model.excess, model.discrepancy, float(np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2))))
     stays = BELIEF.unknown(beyond / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     shaped = sum(p for names, p in model.sets.items() if "unknown" in names)
-    return structure, max(stays, shaped, BELIEF.nothing_else if reasons and not shaped else 0.0)
+    return structure, max(stays, shaped, BELIEF.nothing_else if reasons and not shaped else 0.0), whole
 
 
 def _holding(model: Model, claimed: frozenset[str]) -> Model:
@@ -347,12 +362,13 @@ def _removed(shrunk: Shrinkage, noise: float) -> float | None:
     return float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
 
 
-def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown, noise: float) -> str:
-    """In a word. within: by stage, what the gap is within; stays: what is unknown; noise: mm."""
+def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown) -> str:
+    """In a word. within: by stage, what the gap is within; stays: what is unknown, which beside claims is likely only where it
+    matters.
+    """
     unknown = stays.probability >= 0.5
     if claimed:
-        much = stays.share > _MOST_PART or stays.rms_mm > _MOST_TIMES * noise
-        return "partly explained" if unknown and much else "explained"
+        return "partly explained" if unknown else "explained"
     if unknown:
         cares = BEYOND in within.values() or "tolerance" not in within.values()
         return "unexplained" if cares else "no gap"

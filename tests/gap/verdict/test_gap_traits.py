@@ -19,6 +19,7 @@ from camrob.gap.evidence.unknown import quantities
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.pose_sets import fitted_scenes
 from camrob.gap.verdict import verdict
+from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.within import BEYOND
 from camrob.report.diagnosis.bars import place_charts
 
@@ -74,24 +75,30 @@ def test_a_claim_whose_share_another_cancels_that_is_not_claimed_is_withdrawn(mo
 
 def test_what_the_user_lives_with_is_no_gap_beside_an_unknown_too() -> None:
     unknown = replace(diagnosis_summary().unknown, probability=0.9, share=0.5, rms_mm=0.1)
-    assert verdict._status({"encoder_to_tcp": "tolerance"}, (), unknown, 0.02) == "no gap"
-    assert verdict._status({"encoder_to_tcp": "noise"}, (), unknown, 0.02) == "unexplained"
+    assert verdict._status({"encoder_to_tcp": "tolerance"}, (), unknown) == "no gap"
+    assert verdict._status({"encoder_to_tcp": "noise"}, (), unknown) == "unexplained"
     beyond = {"encoder_to_tcp": "tolerance", "setpoint_to_encoder": BEYOND}
-    assert verdict._status(beyond, (), unknown, 0.02) == "unexplained"
+    assert verdict._status(beyond, (), unknown) == "unexplained"
 
 
 @pytest.mark.parametrize(
-    ("rms_mm", "share", "probability", "status"),
+    ("rms_mm", "share", "status"),
     [
-        (0.37, 0.093, 1.0, "partly explained"),  # of a UR10's 1.21 mm, 21 times the noise
-        (0.03, 0.093, 1.0, "explained"),
-        (0.03, 0.2, 1.0, "partly explained"),
-        (0.37, 0.2, 0.3, "explained"),
+        (0.37, 0.093, "partly explained"),  # of a UR10's 1.21 mm, 21 times the noise
+        (0.015, 0.093, "explained"),  # less than the noise, and than a tenth
+        (0.015, 0.2, "partly explained"),
+        (0.008, 0.2, "explained"),  # a fifth of a gap that is next to nothing
+        (0.055, 0.0018, "partly explained"),  # 4 % of what is claimed: three times the noise
+        (0.30, 0.0005, "explained"),  # 2 % of it: no description is better, however small the noise
     ],
 )
-def test_what_stays_far_beyond_the_noise_leaves_a_gap_partly_explained(rms_mm, share, probability, status) -> None:
-    unknown = replace(diagnosis_summary().unknown, probability=probability, share=share, rms_mm=rms_mm)
-    assert verdict._status({"encoder_to_tcp": BEYOND}, ("geometry",), unknown, 0.0173) == status
+def test_an_unknown_beside_claims_is_likely_only_where_it_matters_and_the_status_says_the_same(
+    rms_mm: float, share: float, status: str
+) -> None:
+    likely = BELIEF.matters(rms_mm, share, 0.0173)
+    unknown = replace(diagnosis_summary().unknown, probability=min(1.0, likely), share=share, rms_mm=rms_mm)
+    assert verdict._status({"encoder_to_tcp": BEYOND}, ("geometry",), unknown) == status
+    assert (likely >= 0.5) == (status == "partly explained")
 
 
 def test_the_unknown_may_follow_the_last_move_s_direction_at_single_poses() -> None:
