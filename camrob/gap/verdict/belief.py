@@ -1,7 +1,9 @@
 """From evidence to belief: every constant between the two, in one record.
 
 `slope` and `surest` are fitted to simulated cases of three worlds: causes alone, causes beside a smooth field of five times the
-noise, and that field alone (`tests/gap/verdict/belief_cases.csv`; a test fits them again). The others are chosen.
+noise, and that field alone (`tests/gap/verdict/belief_cases.csv`; a test fits them again). `takes_less`, `takes_more` and
+`takes_else` are how often such names were right on cases of two makers, one of whom had not read the library
+(`tests/gap/verdict/delivery_cases.csv`, likewise). The others are chosen.
 """
 
 from __future__ import annotations
@@ -34,9 +36,10 @@ class Belief:
     pattern the logs show a part, and of one that needs such a one beside it; sure_from: times what stays, that a name has to
     move the tool by to be nearly sure; shown: share of a name's energy from which a simpler one of its kind shows it;
     delivered: of the energy by which a name moves the tool on samples that took no part, what it may take there at the least
-    and at the most and be nearly sure (the middle two) or likely (the outer two); takes_less, takes_more: how sure it can be
-    beyond these; most_part, most_times: of the gap's energy, or of the noise, what has to stay beside claims for even odds that
-    it is anything; of_gap: of the gap, what a slightly wrong description of the claims leaves, which is nothing unknown.
+    and at the most and be nearly sure (the middle two), or likely (the outer two); takes_less, takes_more, takes_else: how sure
+    it can be at the most that takes less and more than these, and between them; most_part, most_times: of the gap's energy, or
+    of the noise, what has to stay beside claims for even odds that it is anything; of_gap: of the gap, what a slightly wrong
+    description of the claims leaves, which is nothing unknown.
     """
 
     slope: float
@@ -65,6 +68,7 @@ class Belief:
     delivered: tuple[float, float, float, float]
     takes_less: float
     takes_more: float
+    takes_else: float
     most_part: float
     most_times: float
     of_gap: float
@@ -92,7 +96,7 @@ class Belief:
         least, less, more, most = self.delivered
         if less <= share <= more:
             return self.surest
-        return self.takes_less if share < least else self.takes_more if share > most else self.likely
+        return self.takes_less if share < least else self.takes_more if share > most else self.takes_else
 
     def matters(self, rms: float, share: float, noise: float) -> float:
         """Probability that what stays beside claims is something unknown. rms: m of it, beyond the noise (m); share: of the gap's
@@ -134,6 +138,7 @@ BELIEF = Belief(
     delivered=(0.5, 0.75, 1.15, 2.0),
     takes_less=0.55,
     takes_more=0.4,
+    takes_else=0.6,
     most_part=0.1,
     most_times=1.2,
     of_gap=0.03,

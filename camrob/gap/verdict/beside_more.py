@@ -28,7 +28,7 @@ def beside_more(
     better by it. Names that follow posture, load or time alone and mostly cancel have to move it by more: together they are any
     smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody reported take up.
     So are a drive's lag and delay that mostly cancel, or move less than its friction: they may be the course that it has.
-    No name is nearly sure that moves the tool by less than twice what stays.
+    No name is nearly sure that moves the tool by less than twice what stays, wherever it carries over to: a dent in a gear does.
     Claims that together take far less than they move the tool by work against something that is not claimed.
     """
     stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
@@ -36,7 +36,7 @@ def beside_more(
     smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)} & set(sizes)
     cancel = _cancel(model, sizes, smooth)
     small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
-    carried = carried_over(model, trial, [n for n, s in sizes.items() if s < BELIEF.sure_from * stays])
+    carried = carried_over(model, trial, small)
     small = [n for n in small if n not in carried]
     less = gains(model, trial, [n for n in small if sizes[n] < stays])
     left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
@@ -47,7 +47,7 @@ def beside_more(
         left = dict.fromkeys(steady, 1.0) | left
     if taken(together) < BELIEF.taken:
         left = dict.fromkeys(sizes, 1.0) | left
-    sure = carried | {n for n, s in sizes.items() if s >= BELIEF.sure_from * stays}
+    sure = {n for n, s in sizes.items() if s >= BELIEF.sure_from * stays}
     doubted = {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
     return {n: p if n in sure else min(p, BELIEF.likely) for n, p in doubted.items()}
 

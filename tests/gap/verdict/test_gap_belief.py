@@ -64,3 +64,27 @@ def test_a_withheld_log_surprises_beyond_noise_discrepancy_and_doubt_alone() -> 
     assert not BELIEF.surprised(4e-8, noise=1e-4, discrepancy=5e-4, doubt=0.0)
     assert not BELIEF.surprised(4e-8, noise=1e-4, discrepancy=0.0, doubt=2e-4)
     assert not BELIEF.surprised(-1e-8, noise=1e-4, discrepancy=0.0, doubt=0.0)
+
+
+def delivered() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of names in recorded cases of two makers (N,): how sure each can be by what it takes, whether it was at work, the maker."""
+    with CASES.with_name("delivery_cases.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    most = np.array([min(BELIEF.delivers(float(r["far"])), BELIEF.delivers(float(r["near"]))) for r in rows])
+    return most, np.array([float(r["right"]) for r in rows]), np.array([r["maker"] for r in rows])
+
+
+@pytest.mark.parametrize("most", [BELIEF.takes_less, BELIEF.takes_more, BELIEF.takes_else])
+def test_a_name_that_takes_less_or_more_than_it_moves_is_as_sure_as_it_was_right(most: float) -> None:
+    said, right, _ = delivered()
+    own = said == most
+    assert own.sum() >= 5
+    assert np.mean(right[own]) == pytest.approx(most, abs=2.0 * np.sqrt(most * (1.0 - most) / own.sum()))
+
+
+@pytest.mark.parametrize("maker", ["first", "second"])
+def test_a_name_that_takes_what_it_moves_is_right_more_often_whoever_made_the_case(maker: str) -> None:
+    said, right, makers = delivered()
+    in_full = (said == BELIEF.surest) & (makers == maker)
+    others = (said < BELIEF.surest) & (makers == maker)
+    assert np.mean(right[in_full]) > np.mean(right[others]) + 0.2

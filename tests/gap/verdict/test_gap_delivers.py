@@ -64,8 +64,8 @@ def held(monkeypatch: pytest.MonkeyPatch, near: float, far: float, size: float =
     [
         (1.0, 1.05, BELIEF.surest),  # a cause
         (1.0, 0.3, BELIEF.takes_less),  # carries over to neighbourhoods, and not to the withheld log
-        (0.98, 1.4, BELIEF.likely),  # as a tripod that sinks does of links that warm up
-        (0.7, 1.0, BELIEF.likely),
+        (0.98, 1.4, BELIEF.takes_else),  # as a tripod that sinks does of links that warm up
+        (0.7, 1.0, BELIEF.takes_else),
         (-2.0, 1.0, BELIEF.takes_less),
         (1.0, 3.0, BELIEF.takes_more),
     ],
