@@ -17,7 +17,7 @@ from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
 from camrob.gap.verdict.belief import BELIEF
 
-__all__ = ["delivered", "held_to_delivery", "taken"]
+__all__ = ["delivered", "held_to_delivery", "restored", "taken"]
 
 
 def taken(last: Shrinkage) -> float:

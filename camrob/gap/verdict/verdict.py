@@ -134,12 +134,7 @@ def _said(
             unknown, BELIEF.nothing_else if inside < 0.5 else 0.0, *(a.probability for a in sets if not a.effects)
         )
     if claimed:
-        # what stays beside the claims, but for what other names may explain of it
-        more = sum(a.probability for a in sets if set(claimed) < set(a.effects))
-        left_by_claims, left_by_all = (
-            BELIEF.matters(*beyond_noise(s, model.noise), model.noise) for s in (together, rest)
-        )
-        unknown = (1.0 - more) * left_by_claims + more * min(left_by_claims, left_by_all)
+        unknown = _beside_claims(model, together, rest, sets, claimed)
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
@@ -170,6 +165,17 @@ def _said(
         ),
         next_experiment=next_experiment(claimed, probability, sizes, library, asked),
     )
+
+
+def _beside_claims(
+    model: Model, together: Shrinkage, rest: Shrinkage, sets: Sequence[Alternative], claimed: Sequence[str]
+) -> float:
+    """Probability that what stays beside the claims (`together`) is something unknown, but for what further names of `sets` may
+    explain of it; rest: the gap with the likeliest of them taken away, too.
+    """
+    more = sum(a.probability for a in sets if set(claimed) < set(a.effects))
+    by_claims, by_all = (BELIEF.matters(*beyond_noise(s, model.noise), model.noise) for s in (together, rest))
+    return (1.0 - more) * by_claims + more * min(by_claims, by_all)
 
 
 def _at_drive(stays: Unknown, model: Model, axis: str, words: str) -> Unknown:
