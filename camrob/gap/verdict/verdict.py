@@ -140,7 +140,6 @@ def _said(
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
     if drive:
         stays = _at_drive(stays, model, drive, words)
-    sizes = {n: m_to_mm(seen_rms(model, model.panels, n)) for n in claimed}
     asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
     handed = hand_over(model, trial, claimed, members)
     return Verdict(
@@ -163,8 +162,13 @@ def _said(
             discrepancy_mm=m_to_mm(model.discrepancy),
             structure=tuple(regimes),
         ),
-        next_experiment=next_experiment(claimed, probability, sizes, library, asked),
+        next_experiment=next_experiment(claimed, probability, _sizes(model, claimed), library, asked),
     )
+
+
+def _sizes(model: Model, claimed: Sequence[str]) -> dict[str, float]:
+    """How far each claim moves the TCP, mm (rms)."""
+    return {n: m_to_mm(seen_rms(model, model.panels, n)) for n in claimed}
 
 
 def _beside_claims(
