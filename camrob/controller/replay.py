@@ -7,7 +7,7 @@ of another library (Pinocchio).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -19,7 +19,7 @@ from camrob.cell.status_turn import StatusTurn
 from camrob.controller.replay_kernel import CODES, ReplayArm, ReplayRun, replay_run
 from camrob.errors import ProgramError
 from camrob.findings import Finding, Severity
-from camrob.frozen import locked
+from camrob.frozen import locked, sealed
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.kinematics.kernels import chain_arrays
@@ -184,7 +184,7 @@ def replay(program: ProgramText, cell: Cell, *, progress: Share | None = None) -
             findings += run.continuous(begin + 1, stop)
         if progress is not None:
             progress(stop / len(program))
-    return replace(run.result(tuple(findings)), cell=cells[0], others=cells[1:], mounted=mounted)
+    return run.result(tuple(findings), cells, mounted)
 
 
 def _is_ptp(program: ProgramText) -> NDArray[np.bool_]:
@@ -352,8 +352,20 @@ class _Run:
     def _error(self, code: str, text: str, row: int) -> Finding:
         return Finding(code, text, Severity.ERROR, line=int(self.program.line[row]), point=row)
 
-    def result(self, findings: tuple[Finding, ...]) -> Replay:
-        """What was found."""
-        margin = np.minimum(self.out.lower_margin, self.out.upper_margin)
+    def result(self, findings: tuple[Finding, ...], cells: tuple[Cell, ...], mounted: NDArray[np.int32]) -> Replay:
+        """What was found, as it lies in memory: the run ends with it."""
         out = self.out
-        return Replay(self.q, self.targets, out.inv_kf, out.bend, out.jump, margin, self.samples, self.cell, findings)
+        margin = np.minimum(out.lower_margin, out.upper_margin, out=out.lower_margin)
+        return Replay(
+            sealed(self.q),
+            sealed(self.targets),
+            sealed(out.inv_kf),
+            sealed(out.bend),
+            sealed(out.jump),
+            sealed(margin),
+            self.samples,
+            cells[0],
+            findings,
+            cells[1:],
+            mounted,
+        )

@@ -280,6 +280,9 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
             off=off_at_speed(order.held, inputs),
             progress=watch.share,
         )
+        held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
+        lost = feed.losses(inputs.cell, inputs.path)
+        short = block_findings(inputs, solution, feed.blocks, lost, feed.times().program, motions)
         targets, postures, keep = feed.targets(inputs.path, solution, keep)
         program = assemble_program(
             order.title,
@@ -300,30 +303,32 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         old.unlink()
     with watch.stage("write"):
         files, written = _write(language, program, inputs, folder, order.max_lines)
+    main = folder / f"{order.title}{language.suffixes[0]}"
+    with watch.stage("witness"):  # first, for it takes the most memory, and the program as it is read back stays
+        verdict = _witnessed(order, inputs, feed, main)
     with watch.stage("verify"):
-        main = folder / f"{order.title}{language.suffixes[0]}"
         back = read_back(main, program, inputs, solution, watch.share)
-    with watch.stage("witness"):
-        verdict = judge(
-            main,
-            order.cell,
-            clfile=order.clfile,
-            setup=inputs.setup.path,
-            dialect=order.dialect,
-            units=order.units,
-            usual_rapid=inputs.rapid_speed,
-            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
-            begin=order.begin,
-        )
         second = hold_to_witness(verdict, folder)
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
-    held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
-    lost = feed.losses(inputs.cell, inputs.path)
-    short = block_findings(inputs, solution, feed.blocks, lost, feed.times().program, motions)
     said = [*second, *held, *short, *findings]
     return _Made(inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, said, verdict)
+
+
+def _witnessed(order: _Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -> Verdict:
+    """What the witness says of the written program `main`."""
+    return judge(
+        main,
+        order.cell,
+        clfile=order.clfile,
+        setup=inputs.setup.path,
+        dialect=order.dialect,
+        units=order.units,
+        usual_rapid=inputs.rapid_speed,
+        slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
+        begin=order.begin,
+    )
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:

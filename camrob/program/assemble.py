@@ -32,6 +32,7 @@ __all__ = ["assemble_program"]
 
 Array = NDArray[np.float64]
 
+_CHUNK = 50_000  # rows whose poses are worked out at once: bounds the memory
 _ALONG = 0.999999  # cosine to the tool's axis from which a way is one down or up a hole (0.08 degrees)
 
 
@@ -113,8 +114,10 @@ def _frames(cells: Sequence[Cell], real: Array, stretch: NDArray[np.int64]) -> A
     """Poses (M, 4, 4) of the real tool of each stretch, in the frame that the program's base is printed in."""
     frames = np.empty((len(real), 4, 4))
     for k, cell in enumerate(cells):
-        here = stretch == k
-        frames[here] = seen_by_program(cell, real[here], forward_many(chain_arrays(cell), real[here]))
+        chain, whole = chain_arrays(cell), np.flatnonzero(stretch == k)
+        for start in range(0, len(whole), _CHUNK):
+            here = whole[start : start + _CHUNK]
+            frames[here] = seen_by_program(cell, real[here], forward_many(chain, real[here]))
     return frames
 
 

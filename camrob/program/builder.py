@@ -19,13 +19,18 @@ __all__ = ["build_program", "printed_frames"]
 
 Array = NDArray[np.float64]
 
+_CHUNK = 50_000  # poses read off at once: bounds the memory
+
 
 def printed_frames(frames: Array) -> Array:
     """X, Y, Z, A, B, C (..., 6), mm and degrees, of poses (..., 4, 4)."""
-    values = xyzabc_from_frame(frames)
-    values[..., :3] = m_to_mm(values[..., :3])
-    values[..., 3:] = rad_to_deg(values[..., 3:])
-    return np.asarray(values)
+    values = np.empty((*frames.shape[:-2], 6))
+    flat, rows = frames.reshape(-1, 4, 4), values.reshape(-1, 6)
+    for start in range(0, len(flat), _CHUNK):
+        part = xyzabc_from_frame(flat[start : start + _CHUNK])
+        rows[start : start + _CHUNK, :3] = m_to_mm(part[:, :3])
+        rows[start : start + _CHUNK, 3:] = rad_to_deg(part[:, 3:])
+    return values
 
 
 def build_program(

@@ -247,22 +247,25 @@ def feed_outcome(
     blocks = short_motions(cell, path, q, commanded, ends)
     # an axis gives no more than its limit, whatever the model of the program's own feed asks
     most = np.where(np.isfinite(cell.limits_of("acceleration")), cell.limits_of("acceleration"), 0.0)
-    acceleration = np.clip(stands.acceleration, -most, most)
     points = np.linspace(0, len(path) - 1, min(len(path), _SAMPLED)).astype(np.int64)
-    sampled = np.unique(np.concatenate([points, np.argmax(np.abs(acceleration), axis=0)]))
-    torques = _torques(inputs, q, stands.speed, acceleration, sampled)
+    worst = [int(np.argmax(np.minimum(np.abs(a), top))) for a, top in zip(stands.acceleration.T, most, strict=True)]
+    sampled = np.unique(np.concatenate([points, np.array(worst, np.int64)]))
+    # of a long path's motion no more is kept than is asked for
+    stands = replace(stands, speed=stands.speed[sampled], acceleration=stands.acceleration[sampled])
+    torques = _torques(inputs, q, stands.speed, np.clip(stands.acceleration, -most, most), sampled)
     return FeedOutcome(timing, plan, held, stands, written, order, sampled, torques, blocks)
 
 
 def _torques(
     inputs: JobInputs, q: Array, speed: Array, acceleration: Array, sampled: NDArray[np.int64]
 ) -> JointTorques:
-    """Torques (T, n) at the points `sampled` (T,), each with the tool of its stretch."""
+    """Torques (T, n) at the points `sampled` (T,) of q (N, n), by the speeds and accelerations (T, n) there, each with the tool
+    of its stretch.
+    """
     total, gravity = np.zeros((2, len(sampled), q.shape[1]))
     for k, mounted in enumerate(inputs.mounted):
         rows = inputs.path.stretch[sampled] == k if len(inputs.mounted) > 1 else np.ones(len(sampled), np.bool_)
-        points = sampled[rows]
-        part = motion_torques(mounted.cell, q[points], speed[points], acceleration[points])
+        part = motion_torques(mounted.cell, q[sampled[rows]], speed[rows], acceleration[rows])
         total[rows], gravity[rows] = part.total, part.gravity
     return JointTorques(total, gravity)
 

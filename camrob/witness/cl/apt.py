@@ -46,7 +46,7 @@ class AptReader(AptProcess):
         self._direction: Array | None = None  # INDIRV
         self._opened = 0  # the line of a TOOL PATH or OPFEATSTART that is not closed yet
         self._index: dict[int, tuple[int, Array]] = {}  # behind which line a stretch begins, and the axis there
-        self._lines: list[str] = []
+        self._source: Source | None = None
         self._moved_by = np.zeros(3)  # TRANS, m
         self._silenced: set[str] = set()  # words that SYN turns into comments
         self._words = self._vocabulary()
@@ -59,7 +59,7 @@ class AptReader(AptProcess):
     def read(self, text: str) -> None:
         """Reads all of the text. Raises ToolpathError where it is no CL data."""
         source = Source(text)
-        self._lines = source.lines
+        self._source = source
         self._by_number = not re.search(r"^[ \t]*(LOADTL[ \t]*/|LOAD[ \t]*/[ \t]*TOOL)", text, re.I | re.M)
         self._all(source)
         self._end_curve()
@@ -210,11 +210,11 @@ class AptReader(AptProcess):
         base, axis = (place.part_R_points, place.part_p_points), place.axis
         found = copies_of(s, place.scale, base)
         first = None if found is None else self._index.get(found[0])
-        if found is None or first is None:
+        if found is None or first is None or self._source is None:
             self._once(s)
             return
         index, self._index = self._index, {}
-        stretch = "\n" * first[0] + "\n".join(self._lines[first[0] : s.line - 1]) + "\n"
+        stretch = "\n" * first[0] + (self._source.lines.stretch(first[0], s.line - 1) or "\n")
         for place.part_R_points, place.part_p_points in found[1]:
             place.axis = first[1]
             self._all(Source(stretch))

@@ -100,14 +100,32 @@ class Run:
     line: int
 
 
+class _Lines:
+    """The lines of a text, each cut out when it is asked for: most of a long file is read as columns."""
+
+    def __init__(self, text: str, starts: NDArray[np.int64]) -> None:
+        self._text, self._starts = text, starts
+
+    def __len__(self) -> int:
+        return len(self._starts)
+
+    def __getitem__(self, k: int) -> str:
+        stop = self._starts[k + 1] if k + 1 < len(self._starts) else len(self._text)
+        return self._text[self._starts[k] : stop - 1]
+
+    def stretch(self, first: int, stop: int) -> str:
+        """Lines first to stop - 1 with their ends."""
+        return "".join(f"{self[k]}\n" for k in range(first, stop))
+
+
 class Source:
     """Reads the lines of APT text one statement, or one run of GOTO lines, at a time."""
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self.lines = text.split("\n")[:-1]
         self.at = 0  # index of the next line
         self._starts, self._sums = _sums(text)
+        self.lines = _Lines(text, self._starts)
         self._plain = (self._sums == _THREE) | (self._sums == _SIX)
         self._breaks = np.append(np.flatnonzero(~self._plain), len(self.lines))
 

@@ -374,6 +374,7 @@ class Teller:
         if not self._blocks and not any(gap.text.startswith(UNREAD) for gap in self.gaps):
             return None
         table = np.concatenate(self._blocks) if self._blocks else np.zeros((0, _COLUMNS))
+        self._blocks = []  # nothing is told behind the end
         way = table[:, 14].astype(np.int8)
         self._start_spindle(way)
         return Story(
