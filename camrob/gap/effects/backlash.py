@@ -19,6 +19,9 @@ __all__ = ["EFFECT"]
 Array = NDArray[np.float64]
 
 _WHOLE = 2.0  # of half the play: what the other side makes
+_ROWS = 600  # samples of all logs that tell well enough how far apart the two sides are
+_START = 0.6  # of the ordinary play, where they don't
+_RANK = 1e-7
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -32,12 +35,39 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
             parameter = EffectParameter(f"{a}_mm", "mm", mm_to_m(0.1), -mm_to_m(0.005), mm_to_m(1.0))
         else:
             parameter = EffectParameter(f"{a}_deg", "deg", deg_to_rad(0.03), -deg_to_rad(0.001), deg_to_rad(0.6))
-        units.append(Unit("backlash", a, (parameter,)))
+        width = float(np.clip(_apart(scenes).get(a, 0.0), _START * parameter.usual, parameter.upper))
+        units.append(Unit("backlash", a, (parameter,), key=f"{width:.6g}"))
     return tuple(units)
 
 
+def _apart(scenes: Sequence[Scene]) -> dict[str, float]:
+    """By axis, how far apart its link stands on the two sides, beside constants of the chain: as wide a play would be, if it were
+    one. Where the shape begins: a play that is far wider would look like springs that slip.
+    """
+    known, key = scenes[0].found, ("apart", tuple(map(id, scenes)))
+    if key not in known:
+        step = max(1, sum(map(len, scenes)) // _ROWS)
+        axes = [a for a in scenes[0].axes if all(f"{a}.zero" in s.places for s in scenes)]
+        X = np.concatenate(
+            [
+                np.stack(
+                    [p[::step, :3].ravel() for p in s.places.values()]
+                    + [s.shift(a, -0.5 * s.sides[:, s.index(a)])[::step, :3].ravel() for a in axes],
+                    axis=1,
+                )
+                for s in scenes
+            ]
+        )
+        y = np.concatenate([s.tcp_gap[::step, :3].ravel() for s in scenes])
+        scale = np.maximum(np.linalg.norm(X, axis=0), 1e-300)
+        values = np.linalg.lstsq(X / scale, y, rcond=_RANK)[0] / scale
+        known[key] = dict(zip(axes, values[-len(axes) :].tolist() if axes else [], strict=True))
+    found: dict[str, float] = known[key]
+    return found
+
+
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    width = state.get(unit.parameters[0].name, 0.6 * unit.parameters[0].usual)
+    width = state.get(unit.parameters[0].name, float(unit.key or _START * unit.parameters[0].usual))
     values = scene.link[:, scene.index(unit.axis)]
     if scene.poses:
         # the side is that of the last move, wherever in time the poses lie

@@ -9,13 +9,16 @@ import numpy as np
 from camrob.cell.joint import Role
 from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.effects.rail_joints import CHOICES, SHIFTS, TURNS, piece, rail_joints
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
 
 # powers of the place on the track that the carriage turns with; a constant about x and y is the foot's, not the track's
-_TURNS = {"x": (1, 2), "y": (1, 2), "z": (0, 1, 2)}
+_POWERS = {"x": (1, 2), "y": (1, 2), "z": (0, 1, 2)}
+_PARTS = {"beyond": SHIFTS, "turned": TURNS}  # kinds of units of a rail in pieces, and what they move
+_SLOPE, _MOST = 2e-4, 20.0  # m a m, as rails are laid; times the ordinary size that no rail has
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -40,10 +43,34 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         for p in "xyz":
             turns = tuple(
                 EffectParameter(f"{joint.name}_turn{k}_{p}_deg", "deg", yaw, -0.01, 0.01, beside=k == 0)
-                for k in _TURNS[p]
+                for k in _POWERS[p]
             )
             units.append(Unit("track", joint.name, turns, key=f"turning {middle:.6f} {half:.6f} {p}"))
+        units += _pieces(scenes, joint.name)
     return tuple(units)
+
+
+def _pieces(scenes: Sequence[Scene], axis: str) -> list[Unit]:
+    """Of a rail laid in pieces, what lies beyond each joint: off and sloping, or turned."""
+    if any(s.poses or not s.tracked for s in scenes):
+        return []
+    step, slope, turn = mm_to_m(0.1), _SLOPE, deg_to_rad(0.01)
+    units = []
+    for k, joint in enumerate(rail_joints(scenes, axis)):
+        shifts = [
+            parameter
+            for p in SHIFTS
+            for parameter in (
+                EffectParameter(f"{axis}_joint{k + 1}_{p}_mm", "mm", step, -_MOST * step, _MOST * step),
+                EffectParameter(f"{axis}_joint{k + 1}_slope_{p}", "1", slope, -_MOST * slope, _MOST * slope),
+            )
+        ]
+        turns = [
+            EffectParameter(f"{axis}_joint{k + 1}_{p}_deg", "deg", turn, -_MOST * turn, _MOST * turn) for p in TURNS
+        ]
+        units.append(Unit("track", axis, tuple(shifts), CHOICES, f"beyond {joint:.6f}"))
+        units.append(Unit("track", axis, tuple(turns), CHOICES, f"turned {joint:.6f}"))
+    return units
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
@@ -52,13 +79,17 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         return (Column(tcp=scene.shift(unit.axis, u)),)
     if unit.key == "direction":
         return tuple(Column(tcp=scene.place(f"{unit.axis}.r{p}")) for p in "xy")
-    kind, middle, half, *about = unit.key.split()
+    kind, middle, *rest = unit.key.split()
+    if kind in _PARTS:
+        shapes = piece(scene, unit.axis, float(middle), _PARTS[kind])
+        return tuple(Column(tcp=shapes[:, :, k]) for k in range(shapes.shape[2]))
+    half, *about = rest
     s = (u - float(middle)) / float(half)
     if kind == "straightness":
         # straight where the track stood as the cell was measured, wherever that was: so with a shift and a slope
         shapes = [s**k for k in range(4)]
         return tuple(Column(tcp=scene.place(f"root.{p}") * w[:, None]) for w in shapes for p in "xyz")
-    return tuple(Column(tcp=scene.place(f"root.r{about[0]}") * (s**k)[:, None]) for k in _TURNS[about[0]])
+    return tuple(Column(tcp=scene.place(f"root.r{about[0]}") * (s**k)[:, None]) for k in _POWERS[about[0]])
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:
@@ -69,7 +100,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="track",
-    physics="The track's rack is longer or shorter than it counts, points elsewhere, and is not straight.",
+    physics="The track's rack is longer or shorter than it counts, points elsewhere, and is not straight, or in pieces.",
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="drive the track alone from end to end and back, the arm's axes at rest",

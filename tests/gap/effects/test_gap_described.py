@@ -185,7 +185,7 @@ def test_an_axis_that_winds_up_before_it_slides(kind: str) -> None:
         if kind == "dahl":
             world.link[:, 1] -= size * dahl_by_steps(u, reach)
         else:
-            world.link[:, 1] -= size * maxwell(u, np.array([0.5, 1.0, 3.0]) * reach)
+            world.link[:, 1] -= size * maxwell(u, np.array([0.07, 0.4, 2.2]) * reach)
 
     values = {"A2_dahl_deg": size} if kind == "dahl" else {f"A2_slip{k}_deg": k * size for k in (1, 2, 3)}
     held_to(simulated(plant), "hysteresis", values, {"reach": reach}, share=0.05, skip=200)
