@@ -81,8 +81,8 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         return tuple(Column(tcp=scene.place(f"{unit.axis}.r{p}")) for p in "xy")
     kind, middle, *rest = unit.key.split()
     if kind in _PARTS:
-        shapes = piece(scene, unit.axis, float(middle), _PARTS[kind])
-        return tuple(Column(tcp=shapes[:, :, k]) for k in range(shapes.shape[2]))
+        beyond = piece(scene, unit.axis, float(middle), _PARTS[kind])
+        return tuple(Column(tcp=beyond[:, :, k]) for k in range(beyond.shape[2]))
     half, *about = rest
     s = (u - float(middle)) / float(half)
     if kind == "straightness":
