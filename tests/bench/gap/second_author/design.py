@@ -141,8 +141,10 @@ class Design:
         since = np.zeros_like(run.c)
         for i in range(n):
             back = np.flatnonzero(np.diff(np.sign(run.v[:, i]), prepend=0.0) != 0)
+            if len(back) == 0:  # it never moves
+                continue
             last = np.searchsorted(back, np.arange(len(run.t)), side="right") - 1
-            since[:, i] = run.t - run.t[back[np.maximum(last, 0)]]
+            since[:, i] = np.maximum(run.t - run.t[back[np.maximum(last, 0)]], 0.0)
         sign = np.sign(run.v) * fast
         out["servo_lag"] = [self.joint(i, run.v[r][:, i], True) for i in range(n)]
         out["setpoint_delay"] = [self.joint(i, run.v[r][:, i], True) for i in range(n)]
