@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gap.second_author.chain import small
 from gap.second_author.family import Description
 from gap.second_author.run import BODY, Cause
 
@@ -21,6 +22,12 @@ def latency(setting, rng, s):
 
 def _turned(vector):
     return Rotation.from_rotvec(vector).as_matrix()
+
+
+def nudged(tool, shift, turn):
+    """Frames seen from where they are shifted and turned by a little, row by row: (N, 3) each, m and rad."""
+    rows = (len(tool), 3)
+    return small(np.concatenate([np.broadcast_to(shift, rows), np.broadcast_to(turn, rows)], axis=1)) @ tool
 
 
 def measurement_scale(setting, rng, s):
@@ -49,14 +56,14 @@ def measurement_drift(setting, rng, s):
     every, turn = rng.uniform(20, 120), s * rng.normal(size=3) * 1.5e-5
 
     def measured(run, tool):
-        tool, own = tool.copy(), np.random.default_rng(seed)
+        own = np.random.default_rng(seed)
         times = np.cumsum(own.exponential(every, 2000))
         jumps, turns = np.cumsum(own.normal(size=2001)) * 8e-5 * s, np.cumsum(own.normal(size=2001))
         k = np.searchsorted(times, run.clock)
         away = tool[:, :3, 3] - stand
         along = away / np.linalg.norm(away, axis=1, keepdims=True)
-        tool[:, :3, 3] += (jumps[k] - jumps[0])[:, None] * along + (turns[k] - turns[0])[:, None] * np.cross(turn, away)
-        return tool
+        by = np.outer(turns[k] - turns[0], turn)  # about the stand
+        return nudged(tool, (jumps[k] - jumps[0])[:, None] * along - np.cross(by, stand), by)
 
     return Cause("measurement_drift", BODY, [], {"mm": 0.08 * s}, ["time"], measured=measured)
 
@@ -81,14 +88,13 @@ def turntable(setting, rng, s):
     phase, teeth = rng.uniform(0, 2 * np.pi, 3), float(rng.choice([72, 90, 120]))
 
     def on_table(run, tool):
-        tool, e = tool.copy(), run.table
+        e = run.table
         lies = wheel * (np.sin(e + phase[2]) + 0.15 * np.sin(teeth * e))
         turn = np.stack([wobble * np.cos(e + phase[0]), -wobble * np.sin(e + phase[0]), lies], 1)
         shift = out * np.stack(
             [np.cos(e + phase[1]) - np.cos(phase[1]), np.sin(phase[1]) - np.sin(e + phase[1]), 0 * e], 1
         )
-        tool[:, :3, 3] += np.cross(turn, tool[:, :3, 3]) + shift
-        return tool
+        return nudged(tool, shift, turn)
 
     return Cause(
         "turntable", BODY, ["E2"], {"wobble_rad": wobble, "out_mm": out * 1e3}, ["position"], on_table=on_table
@@ -103,11 +109,8 @@ def frame_table(setting, rng, s):
     tilt = s * 1.2e-4 * rng.normal(size=3) * np.array([1.0, 1.0, 0.0])
 
     def on_table(run, tool):
-        tool = tool.copy()
-        back = Rotation.from_rotvec(np.outer(-run.table, [0, 0, 1.0]))
-        world = back.apply(tool[:, :3, 3])
-        tool[:, :3, 3] += back.inv().apply(np.cross(tilt, world) + off)
-        return tool
+        plate = Rotation.from_rotvec(np.outer(run.table, [0, 0, 1.0]))
+        return nudged(tool, plate.apply(off), plate.apply(tilt))  # the same in world, whatever the plate's angle
 
     params = {"tilt_rad": tilt.tolist(), "off_mm": (off * 1e3).tolist()}
     return Cause("frame_table", BODY, [], params, ["position"], on_table=on_table)
