@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.checks.collision_report import CollisionReport
 from camrob.checks.margins import MarginReport
-from camrob.errors import CollisionError, InputError, JobError, VerificationError
+from camrob.errors import CollisionError, InputError, JobError, ProgramError, VerificationError
 from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
@@ -308,6 +308,8 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
         verdict = _witnessed(order, inputs, feed, main)
     with watch.stage("verify"):
         back = read_back(main, program, inputs, solution, watch.share)
+        if isinstance(verdict, ProgramError):  # unreadable to the witness alone
+            raise verdict
         second = hold_to_witness(verdict, folder)
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
@@ -316,19 +318,22 @@ def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _
     return _Made(inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, said, verdict)
 
 
-def _witnessed(order: _Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -> Verdict:
-    """What the witness says of the written program `main`."""
-    return judge(
-        main,
-        order.cell,
-        clfile=order.clfile,
-        setup=inputs.setup.path,
-        dialect=order.dialect,
-        units=order.units,
-        usual_rapid=inputs.rapid_speed,
-        slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
-        begin=order.begin,
-    )
+def _witnessed(order: _Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -> Verdict | ProgramError:
+    """What the witness says of the written program `main`, or why it can't read it: reading back says that first."""
+    try:
+        return judge(
+            main,
+            order.cell,
+            clfile=order.clfile,
+            setup=inputs.setup.path,
+            dialect=order.dialect,
+            units=order.units,
+            usual_rapid=inputs.rapid_speed,
+            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
+            begin=order.begin,
+        )
+    except ProgramError as unread:
+        return unread
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:
