@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
-from camrob.gap.effects.common import moved, shows
+from camrob.gap.effects.common import found_once, moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import play, play_at_rest
@@ -44,26 +44,26 @@ def _apart(scenes: Sequence[Scene]) -> dict[str, float]:
     """By axis, how far apart its link stands on the two sides, beside constants of the chain: as wide a play would be, if it were
     one. Where the shape begins: a play that is far wider would look like springs that slip.
     """
-    known, key = scenes[0].found, ("apart", tuple(map(id, scenes)))
-    if key not in known:
-        step = max(1, sum(map(len, scenes)) // _ROWS)
-        axes = [a for a in scenes[0].axes if all(f"{a}.zero" in s.places for s in scenes)]
-        X = np.concatenate(
-            [
-                np.stack(
-                    [p[::step, :3].ravel() for p in s.places.values()]
-                    + [s.shift(a, -0.5 * s.sides[:, s.index(a)])[::step, :3].ravel() for a in axes],
-                    axis=1,
-                )
-                for s in scenes
-            ]
-        )
-        y = np.concatenate([s.tcp_gap[::step, :3].ravel() for s in scenes])
-        scale = np.maximum(np.linalg.norm(X, axis=0), 1e-300)
-        values = np.linalg.lstsq(X / scale, y, rcond=_RANK)[0] / scale
-        known[key] = dict(zip(axes, values[-len(axes) :].tolist() if axes else [], strict=True))
-    found: dict[str, float] = known[key]
-    return found
+    return found_once(scenes, ("apart",), lambda: _sides_apart(scenes))
+
+
+def _sides_apart(scenes: Sequence[Scene]) -> dict[str, float]:
+    step = max(1, sum(map(len, scenes)) // _ROWS)
+    axes = [a for a in scenes[0].axes if all(f"{a}.zero" in s.places for s in scenes)]
+    X = np.concatenate(
+        [
+            np.stack(
+                [p[::step, :3].ravel() for p in s.places.values()]
+                + [s.shift(a, -0.5 * s.sides[:, s.index(a)])[::step, :3].ravel() for a in axes],
+                axis=1,
+            )
+            for s in scenes
+        ]
+    )
+    y = np.concatenate([s.tcp_gap[::step, :3].ravel() for s in scenes])
+    scale = np.maximum(np.linalg.norm(X, axis=0), 1e-300)
+    values = np.linalg.lstsq(X / scale, y, rcond=_RANK)[0] / scale
+    return dict(zip(axes, values[-len(axes) :].tolist() if axes else [], strict=True))
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:

@@ -1,8 +1,9 @@
-"""What several effects share: names of axes, constant errors, which axes move."""
+"""What several effects share: names of axes, constant errors, which axes move, what was looked for once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ __all__ = [
     "TOOL_ANGLE",
     "arm_axes",
     "constant",
+    "found_once",
     "moved",
     "place_parameters",
     "pushed_along",
@@ -37,6 +39,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Found = TypeVar("Found")
 
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
 PPM = 1e6
@@ -70,6 +73,15 @@ def constant(scene: Scene, terms: Iterable[str]) -> tuple[Column, ...]:
 def moved(scenes: Sequence[Scene], axis: str) -> bool:
     """True where an axis moves in any of the logs."""
     return any(float(np.ptp(s.link[:, s.index(axis)])) > _STILL for s in scenes)
+
+
+def found_once(scenes: Sequence[Scene], what: tuple[str, ...], search: Callable[[], Found]) -> Found:
+    """What a search of all these logs finds, made once. The first keeps it, and the others with it: their ids stay their own."""
+    known, key = scenes[0].found, (*what, *map(id, scenes))
+    if key not in known:
+        known[key] = tuple(scenes[1:]), search()
+    found: Found = known[key][1]
+    return found
 
 
 def shows(scenes: Sequence[Scene], axis: str) -> bool:

@@ -66,10 +66,9 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 def _of_course(scene: Scene, unit: Unit) -> tuple[Column, ...]:
     """The same whatever the state: reckoned once."""
     key = "friction", unit.axis, unit.key
-    if key not in scene.reckoned:
-        columns = Course.of(unit.key).columns(scene, unit.axis)
-        scene.reckoned[key] = {str(k): -part for k, part in enumerate(columns.T)}
-    return tuple(Column(servo={unit.axis: part}) for part in scene.reckoned[key].values())
+    if key not in scene.found:
+        scene.found[key] = np.ascontiguousarray(-Course.of(unit.key).columns(scene, unit.axis).T)
+    return tuple(Column(servo={unit.axis: part}) for part in scene.found[key])
 
 
 def _of_sign(scene: Scene, unit: Unit, sign: Array) -> tuple[Column, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from camrob.gap.effects.common import found_once
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import first_order, play
 from camrob.units import deg_to_rad, mm_to_m
@@ -97,12 +98,7 @@ def settled(scene: Scene, side: Array, tau: float) -> Array:
 
 def friction_course(scenes: Sequence[Scene], axis: str) -> Course:
     """The course that explains most of a drive's error beside its lag, of logs that show both ends of it."""
-    known = scenes[0].found
-    key = "friction", axis, tuple(map(id, scenes))
-    if key not in known:
-        known[key] = _Search(scenes, axis).course()
-    found: Course = known[key]
-    return found
+    return found_once(scenes, ("course", axis), lambda: _Search(scenes, axis).course())
 
 
 class _Search:

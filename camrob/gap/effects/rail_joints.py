@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.gap.effects.common import found_once
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["CHOICES", "SHIFTS", "TURNS", "piece", "rail_joints"]
@@ -45,12 +46,7 @@ def piece(scene: Scene, axis: str, joint: float, parts: Sequence[str]) -> Array:
 
 def rail_joints(scenes: Sequence[Scene], axis: str) -> tuple[float, ...]:
     """Places (m) on a rail's travel at which the gap clearly steps or bends, the clearest first."""
-    known = scenes[0].found
-    key = "rail", axis, tuple(map(id, scenes))
-    if key not in known:
-        known[key] = _searched(scenes, axis)
-    found: tuple[float, ...] = known[key]
-    return found
+    return found_once(scenes, ("rail", axis), lambda: _searched(scenes, axis))
 
 
 def _searched(scenes: Sequence[Scene], axis: str) -> tuple[float, ...]:
