@@ -135,7 +135,8 @@ class Pecks(NamedTuple):
 
     out: between two of them the tool is drawn back to where the motion starts, so that it takes the chips out; `breaks` of them
     in a row may break the chip in the hole before that. lows: where they differ, how far below its start each may reach, the
-    last one to the bottom. fed: the tool is drawn out no faster than by the motion behind the hole's.
+    last one to the bottom. fed: the tool is drawn out no faster than by the motion behind the hole's. lift: how far, m, it is
+    drawn back where the chip is broken, no further than to where the motion starts; None where the file doesn't say.
     """
 
     first: float
@@ -144,6 +145,7 @@ class Pecks(NamedTuple):
     lows: tuple[float, ...] = ()
     breaks: int = 0
     fed: bool = False
+    lift: float | None = None
 
     def deepest(self, n: int) -> float:
         """How far the n-th peck (from 0) may go at once, and none may go beyond `low`, m."""

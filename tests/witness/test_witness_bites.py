@@ -61,6 +61,14 @@ def test_chips_are_broken_as_often_as_the_cycle_says_and_no_oftener(tmp_path: Pa
     assert "peck-left-in" in _objections(tmp_path, program, stays)
 
 
+@pytest.mark.parametrize("lift", [0.0, 0.1, 0.5])
+def test_a_chip_is_broken_by_the_way_back_that_the_cycle_says(tmp_path: Path, lift: float) -> None:
+    program, lines = _program_of_breaks(tmp_path)
+    broken = next(k for k, row in enumerate(lines) if row.startswith("LIN") and "Z 198.200" in row)
+    lines[broken] = lines[broken].replace("Z 198.200", f"Z {198.0 + lift:.3f}")
+    assert ("chip-break" if lift else "peck-deeper") in _objections(tmp_path, program, lines)
+
+
 def test_out_of_the_hole_no_faster_than_the_cycle_says(tmp_path: Path) -> None:
     program, lines = _program_of_breaks(tmp_path)
     feeds = [k for k, row in enumerate(lines) if row == "$VEL.CP = 0.008333"]

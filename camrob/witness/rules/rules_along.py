@@ -162,6 +162,11 @@ def unlike_pecks(cuts: list[Stroke], most: Pecks) -> Iterator[tuple[int, str, st
         )
     if stays is not None:
         yield stays, "peck-left-in", "begins another peck, and the tool was not drawn out of the hole before it"
+    lifted = None if most.lift is None else _lifted_otherwise(cuts, most.lift)
+    if lifted is not None:
+        k, back = lifted
+        named = m_to_mm(most.lift or 0.0)
+        yield k, "chip-break", f"breaks the chip {m_to_mm(back):.3f} mm back, where the file says {named:.3f} mm"
 
 
 def _too_deep(cuts: list[Stroke], most: Pecks) -> tuple[int, float] | None:
@@ -207,4 +212,18 @@ def _left_in(cuts: list[Stroke], breaks: int) -> int | None:
             if kept > breaks:
                 return k
         highest = low
+    return None
+
+
+def _lifted_otherwise(cuts: list[Stroke], lift: float) -> tuple[int, float] | None:
+    """The first of a hole's `strokes` that breaks the chip, which is to begin another peck from within the hole, by another way
+    back than `lift`, and that way; None where there is none.
+    """
+    deepest = 0.0
+    for k, (peck, low) in enumerate(cuts[:-1]):
+        deepest = max(deepest, low)
+        back = deepest - low
+        broken = not peck and low > POSITION and cuts[k - 1].peck > 0.0 and cuts[k + 1].peck > 0.0
+        if k and broken and abs(back - min(lift, deepest)) > POSITION:
+            return k, back
     return None

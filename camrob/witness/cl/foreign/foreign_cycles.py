@@ -91,6 +91,7 @@ class Hole(NamedTuple):
     drawn: bool = False  # out at the feed at which it went in
     bites: tuple[float, ...] = ()  # where each of several bites that differ ends
     breaks: int = 0  # so many times the chip is broken before the tool comes out
+    lift: float | None = None  # by so much the tool is drawn back for that, None: by a machine parameter
 
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
@@ -123,14 +124,14 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
         return
     feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * reader.scale / 60.0, "min"))
     tell.move(at(hole.clear), axis, Way.RAPID, line)
-    fed = hole.feed_out is not None
+    fed, lift = hole.feed_out is not None, None if hole.lift is None else hole.lift * scale
     if hole.bites:
         lows = tuple((hole.clear - low) * scale for low in hole.bites)
         most = max(b - a for a, b in zip((0.0, *lows), lows, strict=False))
-        tell.pecks[tell.n] = Pecks(lows[0], most, True, lows, hole.breaks, fed)
+        tell.pecks[tell.n] = Pecks(lows[0], most, True, lows, hole.breaks, fed, lift)
     elif hole.bite:
         first = hole.clear - hole.surface + hole.bite
-        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True, (), hole.breaks, fed)
+        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True, (), hole.breaks, fed, lift)
     tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
@@ -275,6 +276,7 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         bite if not less else 0.0,
         bites=_shorter(surface, bite, surface - deep, {"DAM": less, "MDEP": q[205]}) if less else (),
         breaks=int(breaks),
+        lift=(q.get(256) or None) if breaks else None,
     )
 
 
