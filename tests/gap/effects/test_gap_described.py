@@ -11,6 +11,7 @@ import pytest
 from gap_cases import generator, kr15, poses, simulated
 from scipy.spatial.transform import Rotation
 
+from camrob.gap.effects.commutation_loop import Ripple
 from camrob.gap.effects.registry import library
 from camrob.gap.observation.scene import make_scene
 from camrob.measurement.log import MeasurementLog
@@ -124,7 +125,7 @@ def test_a_table_measured_from_the_hall_does_not_show() -> None:
 
 @pytest.mark.parametrize("kind", ["offset", "gain"])
 def test_a_motor_whose_torque_ripples(kind: str) -> None:
-    """120 periods a turn of A2, found without being told; with a gain that is off, twice as many, by the load it bears."""
+    """120 periods a turn of A2, found without being told; with a gain that is off, by the load it bears."""
     order = 120.0
 
     def plant(world) -> None:
@@ -134,15 +135,12 @@ def test_a_motor_whose_torque_ripples(kind: str) -> None:
 
     scene = make_scene(simulated(plant, rate=1.0 / 0.012), kr15())
     effect = next(e for e in library() if e.name == "motor_commutation")
-    units = [u for u in effect.units([scene], {}) if u.axis == "A2"]
-    assert {u.axis for u in effect.units([scene], {})} == {"A2"}
-    found_order = float(units[0].key.split()[1]) * 2.0 * np.pi
-    assert found_order == pytest.approx(order, rel=5e-3)
-    if kind == "offset":
-        X = np.stack([c.servo["A2"] for c in effect.columns(scene, units[0], {})], axis=1)
-    else:
-        half = replace(units[1], key=f"gain {0.5 * found_order / (2.0 * np.pi):.6f}")
-        X = np.stack([c.servo["A2"] for c in effect.columns(scene, half, {})], axis=1)
+    (unit,) = effect.units([scene], {})
+    assert unit.axis == "A2"
+    ripple = Ripple.of(unit.key)
+    assert 2.0 * np.pi * ripple.order == pytest.approx(order, rel=5e-3)
+    assert ripple.parts[0] == (1.0, "even" if kind == "offset" else "loaded")
+    X = np.stack([c.servo["A2"] for c in effect.columns(scene, unit, {})], axis=1)
     y = scene.servo_gap[:, 1]
     left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
     assert np.sqrt(np.mean(left**2)) < 0.2 * np.sqrt(np.mean(y**2))
