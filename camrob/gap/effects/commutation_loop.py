@@ -45,7 +45,8 @@ class Ripple:
         """What `key` says."""
         numbers, _, parts = key.partition("|")
         found = tuple((float(times), weight) for times, _, weight in (p.partition(" ") for p in parts.split("|")))
-        return cls(*map(float, numbers.split()), found)
+        order, band, hold, integral, size, full = map(float, numbers.split())
+        return cls(order, band, hold, integral, size, full, found)
 
     @property
     def key(self) -> str:
@@ -91,7 +92,7 @@ class Ripple:
         b, a, _ = cont2discrete((top, bottom), step, method="zoh")
         late = lfilter(np.ravel(b), a, mean)
         # what acts in a step shows at its end
-        return np.interp(t, fine[:-1], late.real) + 1j * np.interp(t, fine[:-1], late.imag)
+        return np.asarray(np.interp(t, fine[:-1], late.real) + 1j * np.interp(t, fine[:-1], late.imag))
 
     def at_once(self, order: float, speed: Array) -> Waves:
         """(N,) by what a wave that went on at one speed (N,) would be multiplied behind the loop."""
