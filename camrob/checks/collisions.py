@@ -23,10 +23,7 @@ from camrob.kinematics.kernels import chain_arrays, forward_many
 from camrob.progress import Share
 from camrob.se3 import inverse
 
-__all__ = ["CUTTING", "check_collisions"]
-
-CUTTING = "while it cuts"
-"""How the text of a finding ends whose bodies touch within a cut."""
+__all__ = ["check_collisions"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -228,10 +225,10 @@ def _findings(
         first = rooms[min(members, key=lambda k: rooms[k].first)]
         point = first.first
         named = lines[: point + 1][lines[: point + 1] > 0]  # camrob's own points carry no line: the last one before
-        how = CUTTING if cut[point] else "on a move through air"
+        code, how = ("collision-in-cut", "while it cuts") if cut[point] else ("collision", "on a move through air")
         out.append(
             Finding(
-                code="collision",
+                code=code,
                 text=f"{first.pair[0]} touches {first.pair[1]} {how}",
                 severity=Severity.ERROR,
                 line=int(named[-1]) if len(named) else 0,

@@ -294,7 +294,9 @@ def test_tool_into_table_while_cutting():
     report = run(CELL, path, cutting=np.ones(40, bool))
     assert any({"tool", "table"} <= set(p.groups) and p.count for p in report.pairs)
     found = next(f for f in report.findings if f.text.startswith("tool touches table"))
-    assert tips[found.point + 1, 2] < 0.01
+    assert tips[found.point + 1, 2] < 0.01 and found.code == "collision-in-cut"
+    in_air = run(CELL, path, cutting=np.zeros(40, bool))
+    assert next(f for f in in_air.findings if f.text.startswith("tool touches table")).code == "collision"
 
 
 def test_a_thin_wall_between_two_postures_is_found():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.checks.collision_report import CollisionReport, joined_collisions
-from camrob.checks.collisions import CUTTING, check_collisions
+from camrob.checks.collisions import check_collisions
 from camrob.checks.margins import MarginReport, check_margins, joined_margins
 from camrob.controller.against import Coverage
 from camrob.controller.cover_stretches import cover_stretches
@@ -208,8 +208,7 @@ def check_release(
     collisions = path_collisions(back, inputs, progress)
     if collisions.count:
         first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
-        code = "collision-in-cut" if first.text.endswith(CUTTING) else "collision"  # no clearance lifts a cut
-        what = f"{first.text} ({collisions.count} points); {advice(code)}"
+        what = f"{first.text} ({collisions.count} points); {advice(first.code)}"  # no clearance lifts a cut
         raise named_region(CollisionError(what, line=first.line, region=_index(first)), inputs)
     findings = collapse(
         [
