@@ -143,6 +143,7 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
     assert CAUSE in said["causes"] and CAUSE not in said["not_judged"] and said["force"]["yields"] == ["A2"]
     assert "the engagement from the removal" in said["force"]["told"] and said["force"]["deflection_p95_mm"] > 0.0
     page = (tmp_path / "out" / "predict.html").read_text(encoding="utf-8")
+    assert '<td class="text">what yields</td><td class="text">' in page  # words: they run on, and numbers would not
     assert "The cutting force" in page and "only their product" in page
     plain = predict(program, out=tmp_path / "plain", cycle_ms=12.0, **asked)
     assert "force" not in plain.summary.to_json() and CAUSE in plain.summary.not_judged

@@ -28,6 +28,7 @@ from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
 from camrob.prediction.surface import predict_surface
 from camrob.prediction.true_path import Cause, TruePath, true_path
+from camrob.report.predict.page import camera_eye
 from camrob.report.predict.terminal_text import render_prediction
 from camrob.summaries.fitted.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
 
@@ -261,3 +262,10 @@ def test_what_a_diagnosis_claims_of_the_chain_counts_without_a_calibration_too()
     off = np.linalg.norm(path.ideal[:, :3, 3] - expected, axis=1)
     assert off.min() > 1e-4, "the zero moves the tool"
     assert np.linalg.norm(path.true[:, :3, 3] - expected, axis=1).max() < 1e-6 + 1e-3 * off.max()
+
+
+@pytest.mark.parametrize("size", [(100.0, 20.0, 5.0), (20.0, 100.0, 5.0), (50.0, 50.0, 0.0)])
+def test_the_picture_is_looked_at_across_the_longer_level_side(size: tuple[float, float, float]) -> None:
+    x, y, z = camera_eye(np.array(size))
+    assert z > 0.0
+    assert (x, y < 0.0) == (0.0, True) if size[0] >= size[1] else (x > 0.0, y) == (True, 0.0)

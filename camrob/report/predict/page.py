@@ -14,7 +14,7 @@ from camrob.report.page.parts import card_row, figure, section, table
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictedForce, PredictSummary
 from camrob.units import m_to_mm
 
-__all__ = ["predict_report"]
+__all__ = ["camera_eye", "predict_report"]
 
 Array = NDArray[np.float64]
 
@@ -186,7 +186,7 @@ def _force(force: PredictedForce | None) -> str:
         "twice too high and joints that are taken as twice too stiff make the same surface. What tells them apart is the one "
         "without the other: a run in air with another payload shows the compliance, a logged force the coefficients."
     )
-    return section("The cutting force", table(("", ""), rows), f'<p class="caption">{note}</p>')
+    return section("The cutting force", table(("", ""), rows, left=2), f'<p class="caption">{note}</p>')
 
 
 def _left_out(summary: PredictSummary) -> str:
@@ -201,11 +201,14 @@ def _left_out(summary: PredictSummary) -> str:
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
 
 
-def _eye(size: Array) -> list[float]:
-    """Where the picture is looked from, so that a part of this size (3,) fits: plotly's unit is the sides' geometric mean."""
+def camera_eye(size: Array) -> list[float]:
+    """Where the picture is looked from, so that a part of this size (3,) fits, its longer level side across the picture: plotly's
+    unit is the sides' geometric mean.
+    """
     size = np.maximum(size, _THINNEST * size.max())  # a flat part has a thickness in the picture, too
     away = float(size.max() / np.cbrt(np.prod(size)))
-    return [float(away * share) for share in _FROM]
+    aside, front, above = (away * share for share in _FROM)
+    return [aside, front, above] if size[0] >= size[1] else [-front, aside, above]
 
 
 def _picture(surface: PredictedSurface) -> dict[str, Any]:
@@ -228,12 +231,16 @@ def _picture(surface: PredictedSurface) -> dict[str, Any]:
             "cmin": -end,
             "cmax": end,
             "colorscale": [[0.0, "#2166ac"], [0.25, "#67a9cf"], [0.5, "#d9d9d9"], [0.75, "#ef8a62"], [1.0, "#b2182b"]],
-            "colorbar": {"title": {"text": "mm"}, "thickness": 14},
+            "colorbar": {"title": {"text": "mm", "side": "right"}, "thickness": 14, "len": 0.86},
         },
         "hovertemplate": "%{x:.1f}, %{y:.1f}, %{z:.1f} mm<br>error %{marker.color:.3f} mm<extra></extra>",
     }
-    camera = {"eye": dict(zip("xyz", _eye(np.ptp(p, axis=0)), strict=True))}
-    scene = {"aspectmode": "data", "camera": camera, **{f"{a}axis": {"title": {"text": f"{a} mm"}} for a in "xyz"}}
+    camera = {"eye": dict(zip("xyz", camera_eye(np.ptp(p, axis=0)), strict=True))}
+    scene = {
+        "aspectmode": "data",
+        "camera": camera,
+        **{f"{a}axis": {"title": {"text": f"{a} mm"}, "nticks": 6} for a in "xyz"},
+    }
     layout = {"height": 640, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "scene": scene}
     return {
         "id": "part",
