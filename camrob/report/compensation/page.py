@@ -107,17 +107,34 @@ def _on_machine(summary: CompensateSummary) -> str:
 def _cards(summary: CompensateSummary) -> str:
     before, after, iterations = summary.error_before, summary.error_after, summary.iterations
     known = summary.calibrated_withheld_mm
-    cards = [
-        (
-            "Mean error on the calibrated chain",
-            f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 4, 'mm')}",
-            f"{summary.motions:,} motions",
-        ),
-        (
-            "Worst error",
-            f"{number(before.max_mm, 3)} → {number(after.max_mm, 4, 'mm')}",
-            f"orientation {after.max_deg:.5f} degrees at the worst",
-        ),
+    found = summary.machine
+    if found is None:
+        cards = [
+            (
+                "Mean error on the calibrated chain",
+                f"{number(before.mean_mm, 3)} → {number(after.mean_mm, 4, 'mm')}",
+                f"{summary.motions:,} motions",
+            ),
+            (
+                "Worst error",
+                f"{number(before.max_mm, 3)} → {number(after.max_mm, 4, 'mm')}",
+                f"orientation {after.max_deg:.5f} degrees at the worst",
+            ),
+        ]
+    else:
+        cards = [
+            (
+                "Off the path, as diagnosed",
+                f"{number(found.before.rms_mm, 3)} → {number(found.after.rms_mm, 3, 'mm')}",
+                f"rms; {summary.motions:,} motions",
+            ),
+            (
+                "95 % are within",
+                f"{number(found.before.p95_mm, 3)} → {number(found.after.p95_mm, 3, 'mm')}",
+                f"worst {found.before.max_mm:.3f} → {found.after.max_mm:.3f} mm",
+            ),
+        ]
+    cards += [
         (
             "Largest correction of the tip",
             number(summary.correction.max_mm, 3, "mm"),

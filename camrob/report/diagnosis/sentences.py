@@ -297,5 +297,5 @@ def _stays(summary: DiagnosisSummary) -> str:
     """How much remains unexplained, besides the noise."""
     unknown, noise = summary.unknown, summary.gap.noise_mm
     times = unknown.rms_mm / noise if noise > 0.0 else 0.0
-    beside = f", {times:.0f} times the noise," if times >= _TIMES else ""
+    beside = f", {times:.{1 if times < 10.0 else 0}f} times the noise," if times >= _TIMES else ""
     return f"{mm(unknown.rms_mm)}{beside} remains unexplained"
