@@ -15,7 +15,9 @@ __all__ = ["EFFECT"]
 
 _START, _LEAST = 0.004, 1e-4  # s: a cycle of a bus; less is as good as none
 _CHOICES = 4
-_APART, _SHARE = 0.001, 0.3  # s, and share of what is usual, that an axis is later than the others
+_APART, _SHARE = 5e-5, 0.3  # s, and share of what is usual, that an axis is later than the others
+_CLEAR = 100.0  # times the scatter of what stays, that being later than the others explains
+_MUCH, _MOST = 0.1, 0.5  # s: already a lot; a bridge between networks may take as long
 _CYCLES = (0.008, 0.012, 0.016, 0.024)  # s of a slower bus
 
 
@@ -24,25 +26,30 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     if any(s.poses or s.servo_gap is None for s in scenes) or len(scenes[0].axes) < 2:
         return ()
     late = {a: _behind(scenes, a) for a in scenes[0].axes if moved(scenes, a)}
-    usual_delay = float(np.median(list(late.values()))) if late else 0.0
+    usual_delay = float(np.median([seconds for seconds, _ in late.values()])) if late else 0.0
     apart = max(_APART, _SHARE * abs(usual_delay))
     return tuple(
-        Unit("setpoint_delay", a, (EffectParameter(f"{a}_{name}", unit, usual, -most, most),), _CHOICES, name)
-        for a in scenes[0].axes
-        if a in late and abs(late[a] - usual_delay) > apart  # what all axes have alike is the drives' lag
-        for name, unit, usual, most in (("delay_s", "s", 0.008, 0.1), ("held", "1", 1.0, 3.0))
+        Unit("setpoint_delay", a, (EffectParameter(f"{a}_{name}", unit, usual, -most, most, much),), _CHOICES, name)
+        for a, (seconds, weight) in late.items()
+        # what all axes have alike is the drives' lag
+        if abs(seconds - usual_delay) > apart and (seconds - usual_delay) ** 2 * weight > _CLEAR
+        for name, unit, usual, much, most in (("delay_s", "s", 0.008, _MUCH, _MOST), ("held", "1", 1.0, 3.0, 3.0))
     )
 
 
-def _behind(scenes: Sequence[Scene], axis: str) -> float:
-    """s by which an axis's encoder trails its set-points, by its speed."""
-    upper = lower = 0.0
+def _behind(scenes: Sequence[Scene], axis: str) -> tuple[float, float]:
+    """s by which an axis trails its set-points, by its speed; and what a square of that explains, a scatter of what stays."""
+    upper = lower = left = count = 0.0
     for s in scenes:
         k = s.index(axis)
         v = s.velocity(s.command[:, [k]])[:, 0]
-        upper += 0.0 if s.servo_gap is None else -float(v @ s.servo_gap[:, k])
+        gap = np.zeros(len(s)) if s.servo_gap is None else s.servo_gap[:, k]
+        upper -= float(v @ gap)
         lower += float(v @ v)
-    return upper / max(lower, 1e-30)
+        left += float(gap @ gap)
+        count += len(s)
+    seconds = upper / max(lower, 1e-30)
+    return seconds, lower * count / max(left - seconds * upper, 1e-30)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:

@@ -204,6 +204,35 @@ def test_an_axis_that_gets_its_setpoints_late_or_seldom(kind: str) -> None:
     held_to(simulated(plant, rate=1.0 / 0.012), "setpoint_delay", values, state, share=0.05)
 
 
+@pytest.mark.parametrize("late", [1e-4, 0.15])
+def test_an_axis_may_be_late_by_a_tenth_of_a_millisecond_or_by_a_bridge_between_networks(late: float) -> None:
+    def plant(world) -> None:
+        u, t = world.command[:, 2].copy(), np.arange(len(world.command)) * generator.STEP
+        world.drive[:, 2] += np.interp(t - late, t, u) - u
+
+    scene = make_scene(simulated(plant, rate=1.0 / 0.012), kr15())
+    effect = next(e for e in library() if e.name == "setpoint_delay")
+    units = [u for u in effect.units([scene], {}) if u.key == "delay_s"]
+    assert [u.axis for u in units] == ["A3"]
+    (parameter,) = units[0].parameters
+    assert parameter.upper > late
+    assert (late > parameter.common) == (late > 0.1)
+    state = {parameter.name: late}
+    (column,) = effect.columns(scene, units[0], state)
+    x, y = column.servo["A3"][25:-25], scene.servo_gap[25:-25, 2]
+    assert float(x @ y / (x @ x)) == pytest.approx(late, rel=0.02)
+
+
+def test_no_axis_is_late_where_all_are_alike_or_only_noise_is_there() -> None:
+    def plant(world) -> None:
+        rng = np.random.default_rng(5)
+        world.drive -= 0.02 * np.gradient(world.command, generator.STEP, axis=0)
+        world.drive += rng.normal(0.0, 2e-6, world.drive.shape)
+
+    effect = next(e for e in library() if e.name == "setpoint_delay")
+    assert effect.units([make_scene(simulated(plant, rate=1.0 / 0.012), kr15())], {}) == ()
+
+
 @pytest.mark.parametrize("share", [0.01, -0.006])
 @pytest.mark.parametrize("stage", ["link", "drive"])
 def test_one_axis_that_is_read_early_or_late_at_the_stage_where_it_happens(stage: str, share: float) -> None:
