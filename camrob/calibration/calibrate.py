@@ -27,6 +27,7 @@ from camrob.calibration.sets import (
     prepare_sets,
 )
 from camrob.calibration.stages import Stages, carried_over, pose_errors_of, sizes
+from camrob.calibration.stands import SIDES, Stand, owner_of, with_others_known
 from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.errors import JobError, LogError, SingularError
@@ -74,12 +75,13 @@ def fit_cell(
 ) -> CalibrationFit:
     """Calibrate a cell from one or several sets of measured poses.
 
-    Sets of an unknown instrument get a base and a reflector of their own. names: the parameters asked for; those are
-    required, and a set of them that the poses can't tell apart is refused. Without, `candidates` (by default the
-    standard ones) are tried, and what the poses don't tell is left out and said. withheld: sets that take no part, else
-    a share of the poses (0: none). Where the instrument of a withheld set is unknown, only the robot's parameters carry
-    over: base and reflector are refitted on half of it, and the other half judges. Raises LogError for data that can't
-    be used, SingularError for parameters that can't be told apart, JobError for a fit that ends where no robot is.
+    Sets of an unknown instrument get a base and a reflector of their own, or those of the set that they name. names: the
+    parameters asked for; those are required, and a set of them that the poses can't tell apart is refused. Without,
+    `candidates` (by default the standard ones) are tried, and what the poses don't tell is left out and said. withheld: sets
+    that take no part, else a share of the poses (0: none). Where the instrument of a withheld set is unknown, only the robot's
+    parameters carry over: base and reflector are refitted on half of it, and the other half judges; what it says to be a
+    fitted set's is taken from there. Raises LogError for data that can't be used, SingularError for parameters that can't be
+    told apart, JobError for a fit that ends where no robot is.
     """
     sets = [data] if isinstance(data, Measurements) else list(data)
     others = [withheld] if isinstance(withheld, Measurements) else list(withheld or ())
@@ -101,7 +103,7 @@ def fit_cell(
         if part is not None and len(part)
     ]
     for other in others:
-        poses.append(_predicted(cell, other, stages[0], fit, kept[0].nuisance))
+        poses.append(_predicted(cell, other, stages, fit, kept))
     calibration = _result(cell, sets, kept[0], fit, seen, poses)
     return CalibrationFit(calibration, CalibrationEvidence(tuple(poses), fit.names, fit.correlation, seen.singular))
 
@@ -212,13 +214,35 @@ def _stages(part: Prepared, first: tuple[ErrorModel, Fit], fit: Fit) -> Stages:
     return found.with_nominal((plain, np.zeros(0)))
 
 
-def _predicted(cell: Cell, data: Measurements, stages: Stages, fit: Fit, nuisance: tuple[str, ...]) -> PoseErrors:
-    """The errors of a set that took no part."""
-    if not nuisance and not nuisance_of(data):
-        return pose_errors_of(data, stages.seen_from(cell, data.in_base), withheld=True)
+def _predicted(
+    cell: Cell, data: Measurements, stages: Sequence[Stages], fit: Fit, kept: Sequence[Prepared]
+) -> PoseErrors:
+    """The errors of a set that took no part. Its instrument and its reflector are those of the fitted sets that it names."""
+    sets = with_others_known([*(part.data for part in kept), data])
+    data = sets[-1]
+    if not kept[0].nuisance and not nuisance_of(data):
+        return pose_errors_of(data, stages[0].seen_from(cell, data.in_base), withheld=True)
     robot = fit.parameters.only(n for n in fit.names if n not in FRAMES and "@" not in n)
-    judging, refitted = carried_over(cell, data, robot, stages.spread)
-    return pose_errors_of(judging, refitted, withheld=True, refitted=True)
+    owners = [owner_of(sets, len(kept), side) for side in SIDES]
+
+    def known(stage: str) -> tuple[Stand | None, Stand | None]:
+        base, tool = (
+            _stand(getattr(stages[k], stage), side) if k < len(kept) else None
+            for side, k in zip(SIDES, owners, strict=True)
+        )
+        return base, tool
+
+    stands = (known("frames"), known("calibrated"))
+    judging, refitted = carried_over(cell, data, robot, stages[0].spread, stands)
+    return pose_errors_of(judging, refitted, withheld=True, refitted=len(judging) < len(data))
+
+
+def _stand(stage: tuple[ErrorModel, Array], side: str) -> Stand:
+    """Where a set's instrument stands, or its reflector sits, at a stage of its fit."""
+    model, values = stage
+    place = model.arrays.left if side == "base" else model.arrays.right
+    named = zip(model.names, values.tolist(), strict=True)
+    return Stand(np.asarray(place), {n: v for n, v in named if n in FRAMES and n.partition(".")[0] == side})
 
 
 def _result(

@@ -28,7 +28,7 @@ class Measurements:
     in_base: the poses are seen from the turning `base`. frame_known, target_known: whether the instrument's frame and
     the reflector are the cell's own, else they are fitted. sigma_position (m), sigma_angle (rad): noise an axis, NaN
     unknown. rows (N,): where in the log each one stood. left_out: rows of the log with empty cells. single: poses at
-    rest.
+    rest. same_frame_as, same_target_as: the set whose instrument, whose reflector was this one's.
     """
 
     q: Array
@@ -44,6 +44,8 @@ class Measurements:
     single: bool = True
     name: str = ""
     digest: str = ""
+    same_frame_as: str = ""
+    same_target_as: str = ""
 
     def __post_init__(self) -> None:
         q = locked(self.q, shape=(None, None), name="q")
@@ -109,6 +111,8 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
         single=info.poses,
         name=log.path.name if log.path else "",
         digest=log.digest,
+        same_frame_as=info.same_frame_as,
+        same_target_as=info.same_target_as,
     )
 
 

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.align import align
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.fit import Fit, fit_parameters
 from camrob.calibration.identify import Identifiability, identify
 from camrob.calibration.measurements import Measurements, sampled_rows
 from camrob.calibration.parameters import Parameter, ParameterSet
+from camrob.calibration.stands import SIDES, Stand, owner_of, placed, placed_together, with_others_known
 from camrob.calibration.terms import PARTS, parameter_of
 from camrob.cell.cell import Cell
-from camrob.errors import LogError
 from camrob.frozen import locked
 
 __all__ = [
@@ -36,7 +35,6 @@ Array = NDArray[np.float64]
 FRAMES = tuple(f"{owner}.{part}" for owner in ("base", "tool") for part in PARTS)
 _SAMPLE = 2000  # rows that suffice to see what the data tell
 _SIGMA_POSITION, _SIGMA_ANGLE = 5e-5, 1e-4  # m and rad an axis, where LOG.toml is silent
-_FEWEST = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +100,18 @@ def named_parameter(cell: Cell, name: str) -> Parameter:
 def prepare_sets(cell: Cell, sets: Sequence[Measurements], names: Sequence[str]) -> tuple[Prepared, ...]:
     """Every set with its model; unknown instruments and reflectors are placed first and get parameters of their own.
 
-    Those of the first set bear the plain names where all sets are alike unknown, those of set k are `base.x@k`. Raises
-    LogError for too few poses and SingularError where an instrument can't be placed.
+    Those of the first set bear the plain names where all sets are alike unknown, those of set k are `base.x@k`; sets that name
+    another one's instrument or reflector as theirs have that one's. Raises LogError for too few poses and SingularError where an
+    instrument can't be placed.
     """
+    sets = with_others_known(sets)
     own = [nuisance_of(data) for data in sets]
     shared = {n for n in FRAMES if all(n in part for part in own)}
-    called = [{n: n if (n in shared and k == 0) else f"{n}@{k + 1}" for n in part} for k, part in enumerate(own)]
+    owners = [{side: owner_of(sets, k, side) for side in SIDES} for k in range(len(sets))]
+    called = [
+        {n: n if (n in shared and k == 0) else f"{n}@{k + 1}" for n in part for k in [owned[n.partition(".")[0]]]}
+        for owned, part in zip(owners, own, strict=True)
+    ]
     frames = [n for n in names if n in FRAMES]
     everything: list[str] = []
     for renamed in called:
@@ -115,8 +119,7 @@ def prepare_sets(cell: Cell, sets: Sequence[Measurements], names: Sequence[str])
     everything = list(dict.fromkeys([*everything, *(n for n in names if n not in FRAMES)]))
     nuisance = tuple(n for n in everything if any(n in renamed.values() for renamed in called))
     prepared = []
-    for data, renamed in zip(sets, called, strict=True):
-        left, right = _placed(cell, data)
+    for data, renamed, (left, right) in zip(sets, called, placed_together(cell, sets), strict=True):
         model = ErrorModel.of(cell, tuple(names), in_base=data.in_base, left=left, right=right)
         columns = np.array([everything.index(renamed.get(n, n)) for n in names], np.int64)
         prepared.append(Prepared(SetModel(model, columns, len(everything)), data, tuple(everything), nuisance))
@@ -126,21 +129,6 @@ def prepare_sets(cell: Cell, sets: Sequence[Measurements], names: Sequence[str])
 def prepare(cell: Cell, data: Measurements, names: Sequence[str]) -> Prepared:
     """One set with its model. Raises LogError for too few poses, SingularError where the instrument can't be placed."""
     return prepare_sets(cell, [data], names)[0]
-
-
-def _placed(cell: Cell, data: Measurements) -> tuple[Array, Array]:
-    """Where the instrument stands and its reflector sits."""
-    if len(data) < _FEWEST:
-        raise LogError(f"holds {len(data)} whole poses", hint=f"measure at least {_FEWEST}, better 50", path=data.name)
-    plain = ErrorModel.of(cell, (), in_base=data.in_base)
-    index = sampled_rows(len(data), _SAMPLE)
-    return align(
-        plain.poses(np.zeros(0), data.q[index]),
-        np.asarray(data.frames[index]),
-        oriented=data.oriented,
-        frame_known=data.frame_known,
-        target_known=data.target_known,
-    )
 
 
 def identifiability(
@@ -165,15 +153,26 @@ def identifiability(
     return identify(sets[0].names, np.concatenate(rows), scales)
 
 
-def fit_frames(cell: Cell, data: Measurements, robot: ParameterSet) -> tuple[ErrorModel, Fit]:
-    """Base and tool fitted with the robot's own parameters held; the model has both.
+def fit_frames(
+    cell: Cell, data: Measurements, robot: ParameterSet, base: Stand | None = None, tool: Stand | None = None
+) -> tuple[ErrorModel, Fit]:
+    """Base and tool fitted with the robot's own parameters held; the model has both. base, tool: known by another set; not both.
 
     For a first look (no robot parameters), and to carry a robot's parameters over to another instrument.
     """
     own = [p.name for p in robot.items_ if p.name not in FRAMES]
-    prepared = prepare(cell, data, (*FRAMES, *own))
-    seen = identifiability([prepare(cell, data, FRAMES)], np.full(len(FRAMES), 1e-3))
-    parameters = [parameter_of(cell, n) for n in FRAMES] + [robot[n] for n in own]
+    left, right = placed(cell, data, base, tool)
+
+    def seen_from(names: Sequence[str]) -> ErrorModel:
+        return ErrorModel.of(cell, tuple(names), in_base=data.in_base, left=left, right=right)
+
+    model, free = (
+        seen_from((*FRAMES, *own)),
+        [n for n in FRAMES if (base, tool)[SIDES.index(n.partition(".")[0])] is None],
+    )
+    alone = Prepared(SetModel(seen_from(free), np.arange(len(free)), len(free)), data, tuple(free), ())
+    seen = identifiability([alone], np.full(len(free), 1e-3))
+    moved = {**(base.moved if base else {}), **(tool.moved if tool else {})}
+    parameters = [replace(parameter_of(cell, n), value=moved.get(n, 0.0)) for n in FRAMES] + [robot[n] for n in own]
     held = [*own, *(n for n in FRAMES if n not in seen.kept)]
-    fit = fit_parameters([(prepared.model.model, data)], ParameterSet.of(parameters).fixed(held))
-    return prepared.model.model, fit
+    return model, fit_parameters([(model, data)], ParameterSet.of(parameters).fixed(held))

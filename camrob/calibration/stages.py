@@ -14,7 +14,8 @@ from camrob.calibration.fit import residuals
 from camrob.calibration.measurements import Measurements
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.pose_by_pose import PoseErrors
-from camrob.calibration.sets import fit_frames
+from camrob.calibration.sets import FRAMES, fit_frames
+from camrob.calibration.stands import Stand
 from camrob.cell.cell import Cell
 from camrob.errors import LogError
 
@@ -53,20 +54,32 @@ class Stages:
 
 
 def carried_over(
-    cell: Cell, data: Measurements, robot: ParameterSet, spread: tuple[float, float]
+    cell: Cell,
+    data: Measurements,
+    robot: ParameterSet,
+    spread: tuple[float, float],
+    stands: Sequence[tuple[Stand | None, Stand | None]] = ((None, None), (None, None)),
 ) -> tuple[Measurements, Stages]:
-    """The half of another set that judges a robot's parameters, base and tool refitted on the other half.
+    """The poses of another set that judge a robot's parameters: all where base and tool are known by fitted sets, else the half
+    on whose other half what is unknown is refitted. stands: base and tool, as known without and with these parameters.
 
     Raises LogError for too few poses.
     """
-    if len(data) < _FEWEST:
+    known = all(side is not None for side in stands[0])
+    if not known and len(data) < _FEWEST:
         hint = f"{_FEWEST} are needed, since its instrument is placed on half of them"
         raise LogError(f"holds {len(data)} whole poses", hint=hint, path=data.name)
-    half = np.random.default_rng(1).permutation(len(data)) < len(data) // 2
-    models = []
-    for known in (ParameterSet.of(()), robot):
-        model, fit = fit_frames(cell, data.select(half), known)
-        models.append((model, fit.parameters.values_array))
+    half = np.random.default_rng(1).permutation(len(data)) < (0 if known else len(data) // 2)
+    models: list[Stage] = []
+    for given, (base, tool) in zip((ParameterSet.of(()), robot), stands, strict=True):
+        if base is not None and tool is not None:
+            names = (*FRAMES, *given)
+            model = ErrorModel.of(cell, names, in_base=data.in_base, left=base.place, right=tool.place)
+            values = {**base.moved, **tool.moved, **{p.name: p.value for p in given.items_}}
+            models.append((model, np.array([values.get(n, 0.0) for n in names])))
+        else:
+            model, fit = fit_frames(cell, data.select(half), given, base, tool)
+            models.append((model, fit.parameters.values_array))
     return data.select(~half), Stages(models[0], models[1], spread)
 
 
