@@ -34,13 +34,12 @@ from camrob.toolpath.apt.tools import (
     turret,
     unload,
 )
-from camrob.toolpath.apt.word_checks import all_numbers, coordinates, in_range, placed
+from camrob.toolpath.apt.word_checks import all_numbers, coordinates, holds_codes, in_range, placed
 from camrob.toolpath.cutter_offset import offset_by_control
 from camrob.toolpath.region import EventKind, Move
 
 __all__ = ["Interpreter"]
 
-_CODES = re.compile(r"\b[GMTS]\s*\d", re.I)
 _TEXT = frozenset(("$$", "PPRINT", "PARTNO", "INSERT", "TPRINT"))
 _NAMING = _TEXT | {"TOOL PATH", "END-OF-PATH", "OPFEATSTART", "OPFEATEND", "SETUP", "GOTO", "SYN"}
 _BREAKS_ARC = frozenset(("CIRCLE", "FROM", "GOHOME", "GODLTA", "CYCLE", "TOOL PATH", "END-OF-PATH", "FINI", "NURBS"))
@@ -66,7 +65,7 @@ class Interpreter:
             "GOHOME": self._gohome, "GODLTA": self._godlta, "CYCLE": self._cycle, "CUTCOM": self._cutcom,
             "TLCOMP": self._cutcom, "TLAXIS": self._tlaxis, "ROTABL": self._rotabl, "TOOL PATH": self._tool_path,
             "END-OF-PATH": self._close, "OPFEATSTART": self._feature, "OPFEATEND": self._close, "SETUP": self._setup,
-            "PPRINT": self._pprint, "INSERT": self._insert,
+            "PPRINT": self._pprint, **dict.fromkeys(("INSERT", "INTCOD", "PPWORD"), self._insert),
             "NURBS": self._nurbs, "KNOT": self._nurbs, "CNTRL": self._nurbs, "SYN": self._syn, "SET": self._set,
             "MODE": self._set, "UNITS": self._units, "UNIT": self._units, "FINI": self._end, "END": self._end,
             "MULTAX": self._multax,
@@ -376,7 +375,7 @@ class Interpreter:
             self.m.next_tool_name = text
         elif text:
             self.m.event(EventKind.MESSAGE, 0.0, text, s.line)
-            if _CODES.search(text):
+            if holds_codes(s):
                 self.m.find("insert-text", "INSERT holds codes of the machine's, which are not carried out", s.line)
 
     def _cutcom(self, s: Statement) -> None:

@@ -11,11 +11,11 @@ from camrob.toolpath.apt.word_checks import source_refusal
 __all__ = ["IGNORED", "Strangers", "is_off"]
 
 IGNORED = frozenset(
-    "PAINT SEQNO PPFUN PPWORD MOVE_ATTRIB BOX SWITCH REWIND SELECT INTOL OUTTOL TOLER MAXDPM AUTOPS WPLANE "
+    "PAINT SEQNO PPFUN MOVE_ATTRIB BOX SWITCH REWIND SELECT INTOL OUTTOL TOLER MAXDPM AUTOPS WPLANE "
     "REMARK LETTER OPFEATEND CLEARP AUTOPOS TOOLPATH_TYPE TOOLPATH NOPOST PRINT CLRSRF".split()
 )
 _SOURCE_WORDS = re.compile(
-    r"(TLLFT|TLRGT|GOLFT|GORGT|GOBACK|GOUP|GODOWN|GO|GOFWD|GOFWDA|MACRO|TERMAC|CALL|LOOPST|LOOPND|JUMPTO|DO|REFSYS|PSIS|"
+    r"(TLLFT|TLRGT|GOLFT|GORGT|GOBACK|GOUP|GODOWN|GO|GOFWD|GOFWDA|MACRO|TERMAC|CALL|LOOPST|LOOPND|JUMPTO|DO|REFSYS|PSIS|IF *\(.*|"
     r"PARTSURF|CLPRNT|CUT|DNTCUT|POCKET|GOFWD.*|TL(LFT|RGT|ON),.*)"
 )
 # words that move the tool, or the frame of all points behind them; some of them may say that they change nothing
@@ -36,6 +36,9 @@ _MOVING = {
     "PREFUN": "writes a G code of the machine's",
     "PROBE": "measures with a probe on the way of the points behind it",
     "INSPEC": "measures with a probe on the way of the points behind it",
+    "INCR": "makes steps of the points behind it",
+    "INCREMENTAL": "makes steps of the points behind it",
+    "TURN": "turns the part against the tool",
     "COUPLE": "couples the feed to the spindle",
 }
 _MODES = frozenset(("SET", "MODE"))

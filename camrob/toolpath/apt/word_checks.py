@@ -8,8 +8,15 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import LARGEST
 
-__all__ = ["all_numbers", "coordinates", "in_range", "placed", "source_refusal"]
+__all__ = ["all_numbers", "coordinates", "holds_codes", "in_range", "placed", "source_refusal"]
 
+_CODES = re.compile(r"\b[GMTS]\s*\d", re.I)
+# Codes by which a machine shifts, turns, mirrors or scales all points behind them, as Fanuc's and Siemens' write them
+_FRAMES = re.compile(
+    r"(?<![A-Z\d])G0*(?:10|16|51(?:\.1)?|52|68(?:\.[1-4])?|92|101)(?![\d.])"
+    r"|\bA?(?:TRANS|ROT|MIRROR|SCALE) *(?:[XYZ] *[-+=\d]|RPL)",
+    re.I,
+)
 _NO_NUMBER = re.compile(r"[+-]?(NAN|INF|INFINITY)")
 
 
@@ -44,6 +51,18 @@ def all_numbers(s: Statement) -> None:
     for word in s.words:
         if _NO_NUMBER.fullmatch(word):
             raise ToolpathError(f"{s.word} holds {word}", hint="output the path again", line=s.line)
+
+
+def holds_codes(s: Statement) -> bool:
+    """Whether a text for the machine holds its codes. Raises ToolpathError for those that would move all points behind them."""
+    found = _FRAMES.search(s.text)
+    if found:
+        raise ToolpathError(
+            f"{s.word} hands {found[0]!r} to the machine, which shifts, turns, mirrors or scales the points behind it",
+            hint="have the CAM system output the points as they are to be cut",
+            line=s.line,
+        )
+    return _CODES.search(s.text) is not None
 
 
 def in_range(numbers: list[float]) -> None:

@@ -52,7 +52,14 @@ class Drill:
 
     def begun(self, block: Block, code: int) -> None:
         """Raises ToolpathError where a block that names a cycle, or drills by it, is another control's turn of the path."""
-        if code == 730 and block.words and not {"Z", "R"} & {*self.modal.cycle, *block.words}:
+        if {"Z", "R"} & {*self.modal.cycle, *block.words}:
+            return
+        if code == 740:
+            raise ToolpathError(
+                "G74 without a depth Z and a height R: no tap, but a search for the machine's zero on some controls (Fagor)",
+                hint="take it out, or name Z and R of the tap",
+            )
+        if code == 730 and block.words:
             raise ToolpathError(
                 "G73 without a depth Z and a height R: no hole, but Fagor's turn of the path by an angle Q, which is not read",
                 hint="have the CAM system turn the path; a hole broken in chips names Z and R",

@@ -21,6 +21,7 @@ from camrob.toolpath.gcode.modes import aim, apply_setup, compensate
 from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 from camrob.toolpath.gcode.state import SCALES, Modal
+from camrob.toolpath.gcode.strays import refuse_strays
 from camrob.toolpath.gcode.tools import Process
 from camrob.toolpath.gcode.transforms import cartesian
 from camrob.toolpath.sampling import arc_angle, arc_radius
@@ -130,6 +131,7 @@ class Interpreter:
         consumed = False
         if block.g:
             motion, consumed = self._codes(block, motion)
+        refuse_strays(block, motion, vectors=modal.vectors)
         if modal.polar is not None and not consumed:
             block = cartesian(block, modal, self.frame)
             words = block.words

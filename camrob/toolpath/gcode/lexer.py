@@ -202,7 +202,11 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
         elif letter == "M":
             m.append(_code("M", value))
         elif letter == "N":
-            continue
+            if g or m or words.keys() - {"O"}:
+                raise ToolpathError(
+                    f"N{value:g} behind other words: a jump, a call or how often to repeat on some controls (Fagor)",
+                    hint="put a block's number in front, or have the CAM system write the path out",
+                )
         elif letter == "T" and len(tools) < 2:
             tools.append(value)
             words.setdefault("T", value)

@@ -240,14 +240,15 @@ def aim(block: Block, modal: Modal, frame: ToolFrame) -> None:
 
 
 def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
-    if code == 5000:  # Siemens' G500: no offset, which only a machine position may be meant in
+    if code in (530, 5000):  # no offset (Siemens' G500), or one of its own (Fagor's G53, alone in its block)
         modal.suspended = modal.offset is not None
         if modal.suspended:
             frame.forget()
             path.lose()
             return False
     modal.suspended = False
-    key = (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
+    further = code == 540 and "P" in block.words and 40 not in block.g and not block.m  # Fanuc's G54 P2 is G54.1 P2
+    key = (541, block.words["P"]) if further else (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
     if modal.offset not in (None, key) and modal.moved:
         raise ToolpathError(
             "several work offsets (G54 ... G59): how they lie to each other only the machine knows",
@@ -264,6 +265,8 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
     """
     named = "".join(letter for letter in "XYZABC" if letter in block.words)
     if code == 530 and not named:
+        if block.g == (530,) and not block.words and modal.keeps_motion and modal.moved:
+            _offset(code, block, modal, frame, path)
         return False
     if code == 530 and {20, 30} & {modal.motion, *block.g}:
         raise ToolpathError("an arc to a machine position (G53)", hint="use G0 or G1 with G53")

@@ -63,7 +63,9 @@ class Motions:
         self.process.settle_cut()
         frame = self.frame
         if self.modal.suspended:
-            raise ToolpathError("a cut without the work offset (G500) behind others with it", hint="name G54 before it")
+            raise ToolpathError(
+                "a cut without the work offset (G500, G53 alone) behind others with it", hint="name G54 before it"
+            )
         if not frame.placeable:
             if frame.plane is not None:
                 raise ToolpathError(

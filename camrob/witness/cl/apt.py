@@ -20,7 +20,7 @@ from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
 from camrob.witness.cl.teller import Teller, unit
-from camrob.witness.cl.words import CANCELS, CURVE, DRIVE, ENDS, HIDING, NO_AXIS, NOTHING, ONCE, STRANGE
+from camrob.witness.cl.words import CANCELS, CURVE, DRIVE, ENDS, HIDING, NO_AXIS, NOTHING, ONCE, STRANGE, TO_MACHINE
 from camrob.witness.happenings import Kind, Way
 
 __all__ = ["AptReader"]
@@ -127,7 +127,8 @@ class AptReader(AptProcess):
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "STOP": self._stop, "OPSTOP": self._stop,
             "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path, "OPFEATSTART": self._feature,
-            "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom, "INSERT": self._insert,
+            "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom,
+            **dict.fromkeys(("INSERT", "INTCOD", "PPWORD"), self._insert),
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
             "UNLOAD": self._unload, "TOOLNO": self._toolno, "TLCOMP": self._offsets.cutcom, "INDEX": self._set_index,
             "COPY": self._copy, "TRACUT": self._tracut, "TRANS": self._trans, "MOVARC": self._movarc,
@@ -356,6 +357,8 @@ class AptReader(AptProcess):
         """Text for the machine's operator and control; where it says STOP, the machine stops for him."""
         if s.rest.strip().upper().split()[:1] == ["STOP"]:
             self._tell.event(Kind.STOP, s.line)
+        if TO_MACHINE.search(s.rest):
+            self._tell.hidden[s.major] = (s.line, f"{s.major}: a code of the machine's that moves the points behind it")
 
     def _syn(self, s: Statement) -> None:
         """SYN/'WORD','$$*WORD' makes a comment of a word (ICAM); the lexer takes what follows $$ away."""

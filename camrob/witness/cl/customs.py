@@ -6,7 +6,7 @@ import re
 
 from camrob.witness.cl.circles import Wanted
 
-__all__ = ["ASIDE", "COMPUTED", "corner_of", "plain_words"]
+__all__ = ["ASIDE", "COMPUTED", "astray", "corner_of", "plain_words"]
 
 Pairs = list[tuple[str, str]]
 
@@ -16,6 +16,34 @@ _CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
 _LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
 _HAAS = {"101": "51.1", "100": "50.1"}  # mirrored at the work zero
 _UNITS = {"70": "20", "71": "21"}  # Mach3, Fagor; with words of their own they are cycles elsewhere
+_TAKE_NONE = frozenset(
+    "0 1 2 3 17 18 19 20 21 43 44 49 54 55 56 57 58 59 90 91 94 95 98 99".split()
+)  # of R, Q, I, J, K
+_HOLES = frozenset("73 74 76 81 82 83 84 85 86 87 88 89".split())
+
+
+def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
+    """What a block says that another control moves, jumps or limits the spindle by, and none of its codes takes; "" if nothing.
+
+    motion: the G code in force before the block. vectors: I, J, K may be the tool's axis (G43.5).
+    """
+    letters = [letter for letter, _ in pairs]
+    if ("N" in letters and set(letters[: letters.index("N")]) - {"O", "N"}) or letters.count("N") > 1:
+        return "N behind other words, which may be a jump or a repeat"
+    codes, named = {f"{float(value):g}" for letter, value in pairs if letter == "G"}, set(letters)
+    motion = next((code for code in codes if code in {*_HOLES, "0", "1", "2", "3"}), motion)
+    if "S" in named and codes & {"25", "26", "50", "92"}:
+        return "S as a limit of the spindle's speed"
+    if codes == {"74"} and not named & set("XYZR"):
+        return "G74 alone, which may be a search for the machine's zero"
+    if codes == {"53"} and named == {"G"}:
+        return "G53 alone, which may be another work offset"
+    if motion in _HOLES and named & {"I", "J"}:
+        return "I or J in a drilling cycle"
+    if "M" in named or codes - _TAKE_NONE or vectors or motion in _HOLES:
+        return ""
+    odd = named & set("Q" if motion in ("2", "3") else "RQIJK")
+    return f"{', '.join(sorted(odd))} in a block that has no use for it" if odd else ""
 
 
 def plain_words(pairs: Pairs) -> tuple[Pairs, float | None]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
-from camrob.witness.cl.customs import COMPUTED, corner_of, plain_words
+from camrob.witness.cl.customs import COMPUTED, astray, corner_of, plain_words
 from camrob.witness.cl.drilling import Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.own_frames import OwnFrames, Polar
@@ -120,12 +120,12 @@ class GcodeReader(Switching):
         if re.fullmatch(r"(N\d+)?MSG", block):  # a message to the operator
             return
         block, corner = corner_of(block, self._scale)
-        if _WORD.sub("", block):
-            self._gap(line, f"{_WORD.sub('', block)[:20]}: not known")
+        said = _WORD.findall(block)
+        if odd := _WORD.sub("", block)[:20] or astray(said, self._motion, "43.5" in self._tell.hidden):
+            self._gap(line, f"{odd}: not known")
             return
-        pairs, ready = plain_words([(letter, value) for letter, value in _WORD.findall(block) if letter != "N"])
-        g = [f"{float(v):g}" for letter, v in pairs if letter == "G"]
-        m = [f"{float(v):g}" for letter, v in pairs if letter == "M"]
+        pairs, ready = plain_words([(letter, value) for letter, value in said if letter != "N"])
+        g, m = ([f"{float(v):g}" for letter, v in pairs if letter == kind] for kind in "GM")
         words = {letter: v for letter, v in pairs if letter not in "GM"}
         strange = [f"G{code}" for code in g if code not in _KNOWN]
         if strange or len(words) + len(g) + len(m) != len(pairs) or {"U", "V", "W"} & set(words):
@@ -188,7 +188,7 @@ class GcodeReader(Switching):
         hidden = self._tell.hidden
         ended = [k for k in hidden if _HIDING.get(k) == code or (k == "92" and code == "92.2")]
         if code in _FRAMES or (code == "15" and "H" in words):  # Okuma's G15 H is a datum
-            name = code + words.get({"54.1": "P", "15": "H"}.get(code, ""), "")
+            name = code + words.get({"54.1": "P", "54": "P", "15": "H"}.get(code, ""), "")
             if name == self._frame:
                 ended += ["frame"] if "frame" in hidden else []
             elif not self._tell.n:

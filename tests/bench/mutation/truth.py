@@ -61,6 +61,20 @@ class Verdict:
     texts: list[str] = field(default_factory=list)
 
 
+def _in_order(lines: Sequence[str]) -> list[str]:
+    """The opening's lines; settings in a row act alike in any order, so long as no two of them are of the same variable."""
+    out: list[str] = []
+    row: list[str] = []
+    for line in [*lines, ""]:
+        if line.startswith("$"):
+            row.append(line)
+            continue
+        out += sorted(row) if len({text.partition("=")[0] for text in row}) == len(row) else row
+        row = []
+        out.append(line)
+    return out
+
+
 def judge(files: Mapping[str, bytes], name: str, rules: Rules, *, known: Verdict | None = None) -> Verdict:
     """Everything that is wrong with a program, by class. known: of a program that was right: its postures touch nothing."""
     verdict = Verdict()
@@ -120,7 +134,7 @@ class _Judge(Whereabouts):
 
     def _opening(self, statements: list[Statement]) -> None:
         lines = [s.text for s in statements if s.kind != "frame"]
-        if tuple(lines) != self.rules.machine.lines:
+        if _in_order(lines) != _in_order(self.rules.machine.lines):
             odd = sorted(set(lines) ^ set(self.rules.machine.lines))
             self.fault("setting", f"the opening has {odd or 'another order'}")
         frames = [s for s in statements if s.kind == "frame"]

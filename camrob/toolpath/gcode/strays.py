@@ -1,0 +1,47 @@
+"""Words that no code of their block takes, and by which other controls move or limit the spindle: refused, not passed over."""
+
+from __future__ import annotations
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.cycles import CYCLES
+from camrob.toolpath.gcode.lexer import Block
+
+__all__ = ["refuse_strays"]
+
+_LINES = (None, 0, 10)  # motions of a block, in tenths: none yet, G0, G1
+_ARCS = (20, 30)
+# Codes that take no R, Q, I, J, K: planes, units, dimensions, feed modes, return levels, work offsets, tool length
+_PLAIN = frozenset(
+    (0, 10, 20, 30, 170, 180, 190, 200, 210, 430, 440, 490, *range(540, 600, 10), 900, 910, 940, 950, 980, 990)
+)
+_LIMITS = frozenset((250, 260, 500, 920))  # G50 S, G92 S (lathes, Mitsubishi), G25 S, G26 S
+_AXES = frozenset("XYZABC")
+_ASKED = frozenset("RQIJKS")
+
+
+def refuse_strays(block: Block, motion: int | None, *, vectors: bool) -> None:
+    """Raises ToolpathError for such words; motion: the code in force, in tenths; vectors: I, J, K are the tool's axis (G43.5)."""
+    words = block.words
+    if vectors or _ASKED.isdisjoint(words):
+        return
+    if "S" in words and not _LIMITS.isdisjoint(block.g):
+        raise ToolpathError(
+            "S in a block of G25, G26, G50 or G92 limits the spindle's speed, which is not read",
+            hint="take it out, and name the speed by S alone",
+        )
+    if motion in CYCLES and not {"I", "J"}.isdisjoint(words):
+        raise ToolpathError(
+            "I or J in a drilling cycle: bites that get shorter (Haas), a shift or a chip break on other controls",
+            hint="bite by Q, or have the CAM system write the moves out",
+        )
+    if block.m or not _PLAIN.issuperset(block.g):
+        return
+    strange = set(words) & set("RQIJK" if motion in _LINES else "Q" if motion in _ARCS else "")
+    if motion == 10 and not _AXES.isdisjoint(words):
+        strange &= {"Q"}  # the others are refused as a corner
+    if strange:
+        raise ToolpathError(
+            f"{', '.join(sorted(strange))} of a block that has no use for it: on some controls (Fagor) a place in polar "
+            "coordinates by R and Q, or about I and J",
+            hint="export X, Y, Z, or take the word out where it means nothing",
+        )
