@@ -50,7 +50,9 @@ def stage_gaps(scene: Scene, track: ProgramTrack | None, *, why: str = "no progr
         commanded = _nominal(scene)
         second = at_link - commanded
     elif scene.setpoint is None:
-        missing.append("no set-points: what the drives do can't be told from what the arm does before the encoders")
+        goals = scene.encoder is not None and scene.log.has(*(f"c{a}" for a in scene.axes)) and not scene.poses
+        what = "no set-points, but goals that jump" if goals else "no set-points"
+        missing.append(f"{what}: what the drives do can't be told from what the arm does before the encoders")
     else:
         missing.append(
             "no encoders: drives and arm can't be told apart, so lag looks like latency and friction like play"

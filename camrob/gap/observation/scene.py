@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.gap.observation.goals import goal_axes
 from camrob.gap.observation.signals import derivative, pieces_of, play, play_at_rest
 from camrob.gap.observation.unknown_frames import Frames, fit_frames
 from camrob.measurement.log import FORCE, MeasurementLog
@@ -211,9 +212,9 @@ def make_scene(
     poses in one frame, which have rows enough between them: it needs those for its own frames alone. laid: frames to lay the
     log out with, instead of those that fit it best as the cell nominally is.
 
-    Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Raises
-    LogError for a log without measured positions that lacks set-points or encoders, without the cell's axes, or with too few
-    samples.
+    Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Set-points of a
+    run that are goals, and jump, are passed over. Raises LogError for a log without measured positions that lacks set-points
+    or encoders, without the cell's axes, or with too few samples.
     """
     axes = cell.axis_names
     given = {kind: [f"{kind}{a}" for a in axes if log.has(f"{kind}{a}")] for kind in ("", "c")}
@@ -242,6 +243,11 @@ def make_scene(
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
         raise log.error(what, hint=f"give at least {fewest}", at=int(np.argmin(whole)))
     kept = log.select(np.flatnonzero(whole))
+    if all(usable.values()) and not log.info.poses and (jumping := goal_axes(kept, axes)):
+        if not log.has_position:
+            what = f"holds goals that jump in c{', c'.join(jumping)}, no set-points: how well a drive follows can't be seen"
+            raise log.error(what, hint="log the set-points that the drives get in every cycle", at=None)
+        usable["c"] = False
     return _lay_out(kept, cell, axes, usable, frames, laid)
 
 
