@@ -27,7 +27,7 @@ from camrob.redundancy.accuracy.posture_errors import PostureErrors
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanAccuracy
-from camrob.redundancy.planning.for_accuracy import WORTH, expected_error
+from camrob.redundancy.planning.for_accuracy import expected_error, preferred
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.replanning.bettered import Run
@@ -59,8 +59,8 @@ def resolve_planned(
     that still touches is returned; whoever checks it, finds it).
     score: 1/k_F of batches of arm postures, for the certificate's scan (`scan_batched`); None: the compiled kernels.
     errors: what is known of the machine's errors: the part's expected error then stands in the objective with the weight
-    `accuracy` of the cell (FOR_ACCURACY where that is 0), and the plan is returned only where it expects WORTH times the error
-    of the one by conditioning or less; the report says what both expect.
+    `accuracy` of the cell (FOR_ACCURACY where that is 0), and the plan is returned only where it expects clearly
+    less than the one by conditioning (`preferred`); the report says what both expect.
     run(path, solution): how the controller runs a solution (`RunFigures`). With it the knee's plan gives way to one that is
     cheaper by the whole objective, travel priced in full, wherever that one takes no longer, holds the feed as well and has to
     be slowed no more for the axes' limits; without it nobody can tell, and the knee's stays.
@@ -95,7 +95,7 @@ def _for_accuracy(task: Task, path: ToolPathInBase, plain: Solution, ours: Solut
     before = expected_error(task.cell, errors, plain.path or path, plain)
     reached = None if ours.plan is None else ours.plan.best_error
     after = before if reached is None else expected_error(task.cell, errors, ours.path or path, ours)
-    taken = after.rms < WORTH * before.rms
+    taken = preferred(before, after, corrected=errors.corrected)
     solution = ours if taken else plain
     if solution.plan is None:
         return solution

@@ -15,7 +15,7 @@ from camrob.redundancy.accuracy.posture_errors import NoForce, PostureErrors
 from camrob.redundancy.plan_report import ExpectedError
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.certificate import certify
-from camrob.redundancy.planning.for_accuracy import expected_error, pushed
+from camrob.redundancy.planning.for_accuracy import expected_error, preferred, pushed
 from camrob.redundancy.planning.objective import motion_price, plan_prices
 from camrob.redundancy.planning.refinement import refine_course
 from camrob.redundancy.planning.waypoints import waypoints
@@ -216,3 +216,18 @@ def test_percentiles_are_of_what_is_cut():
     assert error.p95 == 2.0 and error.rms == pytest.approx(np.sqrt(0.94 + 0.08 + 0.36))
     both = error.joined(ExpectedError(np.array([9.0]), np.array([1.0]), {"A1": 1}))
     assert both.p95 == 9.0 and both.turns == {"A1": 3}
+
+
+@pytest.mark.parametrize(
+    ("typical", "tail", "corrected", "taken"),
+    [(0.6, 0.6, True, True), (0.2, 1.0, True, False), (0.2, 1.0, False, True), (0.99, 0.99, False, False)],
+)
+def test_what_compensation_leaves_has_to_be_less_in_its_tail_too(
+    typical: float, tail: float, corrected: bool, taken: bool
+) -> None:
+    """Nine tenths of a path with one error, a tenth with thrice as much, each times what the other plan makes of it."""
+    length = np.ones(100)
+    before = np.where(np.arange(100) < 90, 1e-4, 3e-4)
+    after = before * np.where(np.arange(100) < 90, typical, tail)
+    plans = (ExpectedError(error, length, {}) for error in (before, after))
+    assert preferred(*plans, corrected=corrected) == taken
