@@ -28,7 +28,8 @@ from camrob.witness.units import mm_to_m
 __all__ = ["AREAS", "Verdict", "judge"]
 
 AREAS = ("path", "frames", "process", "limits")
-_FRAMES = ("base-", "external-", "async-", "frame-", "tool-frame", "tool-unknown")
+_FRAMES = ("base-", "external-", "async-", "frame-", "tool-frame", "tool-unknown", "robroot", "world")
+_LIMITS = frozenset({"limit", "unreachable", "axis-jump", "singular", "status-turn", "start-unknown"})
 _SETUP = "setup.toml"  # beside the CL file: the set-up where none is named
 _LONG = 100_000  # motions from which on what a reader leaves behind is worth being looked for: 40 MB
 _CHORD = mm_to_m(0.01)  # of arcs, where the set-up names none
@@ -214,41 +215,7 @@ def _area(code: str) -> str:
         return "path"
     if code.startswith(_FRAMES):
         return "frames"
-    return "process" if code in _PROCESS else "limits"
-
-
-_PROCESS = frozenset(
-    {
-        "no-speed",
-        "not-on-controller",
-        "speed-limit",
-        "no-feed",
-        "feed-higher",
-        "feed-lower",
-        "entry-faster",
-        "rapid-higher",
-        "event-extra",
-        "event-lost",
-        "load-differs",
-        "spindle-differs",
-        "coolant-differs",
-        "tool-differs",
-        "change-running",
-        "change-in-part",
-        "spindle-off-in-part",
-        "spindle-range",
-        "rounded-cut",
-        "not-repeatable",
-        "axis-speed",
-        "setting-higher",
-        "setting-lower",
-        "override",
-        "ends-running",
-        "ends-in-part",
-        "ends-elsewhere",
-        "output-unknown",
-    }
-)
+    return "limits" if code in _LIMITS else "process"
 
 
 def _texts(gaps: Iterable[Gap], run: Run, story: Story | None) -> tuple[str, ...]:

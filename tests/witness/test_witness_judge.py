@@ -66,6 +66,8 @@ FAULTS = {
     "spindle left on": (r"\n\$OUT\[1\] = FALSE ;spindle off.*", "", "process"),
     "another tool's frame": (r"Z 415\.57793", "Z 415.59793", "frames"),
     "a base that is turned": (r"C 0\.00000\}\)", "C 0.02000})", None),
+    "a speed of none": (r"\$VEL\.CP = 0\.025000", "$VEL.CP = 0", "process"),
+    "another world": (r"(\$BASE *=)", r"$WORLD = {X 1,Y 0,Z 0,A 0,B 0,C 0}\n\1", "frames"),
 }
 
 
@@ -80,6 +82,7 @@ def test_faults_in_the_text_are_found(fault: str, tmp_path: Path) -> None:
     verdict = judged(program, "engraving")
     assert verdict.errors and False in verdict.judged.values()
     assert area is None or verdict.judged[area] is False
+    assert area in (None, "path") or verdict.judged["limits"] is not False  # nothing of this is beyond an axis's limit
 
 
 def test_a_program_alone_is_judged_for_frames_and_limits(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def _verdict(summary: PlaceSummary) -> str:
 def _trials(summary: PlaceSummary) -> str:
     """What each placement came to that was followed, the best first, and the one as it is."""
     named = [("proposed", summary.best)] if not summary.stays else []
-    named += [("as it is", summary.now), *(("", other) for other in summary.others)]
+    named += [("as it is", summary.now), *(("tried", other) for other in summary.others)]
     rows = [[escape(name), *_figures(placement)] for name, placement in named]
     heads = ("", "X", "Y", "Z mm", "1/k_F mean", "lowest", "clearance mm", "bound, mean", "bound, lowest")
     note = (

@@ -13,6 +13,7 @@ __all__ = ["place_map"]
 
 Array = NDArray[np.float64]
 
+_DRAWN = 1.6  # times its own pixels, so that it fills a page's width with three heights beside each other
 _CELL = 26.0  # pixels: room for a number of two decimals
 _LEFT, _TOP, _GAP = 64.0, 54.0, 40.0  # pixels: margins for labels, and between two panels
 _WIDTH = 560.0  # that the words below need
@@ -33,7 +34,7 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
     tally = Counter(why for why in refused if why).most_common()
     height = _TOP + len(ys) * _CELL + 76.0 + 16.0 * len(tally)
     out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_DRAWN * width:.0f}" viewBox="0 0 {width:.0f} {height:.0f}" '
         'font-family="sans-serif" font-size="11">',
         f'<rect width="100%" height="100%" fill="#fff"/><text x="10" y="20" font-size="14">{escape(title)}</text>',
     ]
@@ -88,6 +89,9 @@ def _marks(x: float, y: float, best: bool, here: bool) -> Sequence[str]:
             f'<circle cx="{x + center:.1f}" cy="{y + center:.1f}" r="8" fill="none" stroke="#000" stroke-width="2"/>'
         )
     if here:
-        a, b = x + center - 4.0, y + center - 4.0
-        out.append(f'<path d="M{a:.1f} {b:.1f}l8 8m0 -8l-8 8" stroke="#000" stroke-width="1.5"/>')
+        a, b = x + center - 5.0, y + center - 5.0
+        out += [
+            f'<path d="M{a:.1f} {b:.1f}l10 10m0 -10l-10 10" stroke="{color}" stroke-width="{width}"/>'
+            for color, width in (("#fff", 4), ("#000", 2))  # seen on light and dark
+        ]
     return out

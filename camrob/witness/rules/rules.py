@@ -33,7 +33,19 @@ Array = NDArray[np.float64]
 _CRAWL = 0.4  # of the rapid feed: a way through the air that is slower may be a cut elsewhere
 
 # what stands against the path; all else that the rules object to is against the process
-PATH_CODES = frozenset({"motion-lost", "motion-extra", "off-path", "hole-rounded", "retract-elsewhere"})
+PATH_CODES = frozenset(
+    {
+        "motion-lost",
+        "motion-extra",
+        "off-path",
+        "hole-rounded",
+        "retract-elsewhere",
+        "peck-deeper",
+        "peck-ends",
+        "peck-left-in",
+        "chip-break",
+    }
+)
 
 
 @dataclass(frozen=True, slots=True)
