@@ -12,6 +12,9 @@ from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.evidence.unknown import CONSTANT, FORCE, LAST_MOVE, LOAD, UNKNOWN, is_moment
+from camrob.gap.locate.axes_report import axes_report
+from camrob.gap.locate.late_together import late_together
+from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, LikelyPart, likely_part
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
@@ -19,19 +22,22 @@ from camrob.gap.verdict.plausible import unknown_text
 from camrob.summaries.diagnosis_summary import RegimeLeft, Unknown, UnknownPlace, UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["NOWHERE", "beyond_noise", "left_panels", "remains", "residual_regimes", "suspects"]
+__all__ = ["NOWHERE", "at_drive", "beyond_noise", "left_panels", "remains", "residual_regimes", "suspects"]
 
 NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
 """Of an unknown that is not likely."""
 
 Set = frozenset[int]
 
+_ARM = "encoder_to_tcp"
 _CLEAR = 0.05  # p value under which what stays follows something
 _WORTH = 0.1  # share of its energy from which that is worth a word
 _LEAST_FIELD = 0.5  # of the noise: a discrepancy that is smaller tells nothing
 _REGIME_OF = {"posture": "position", "direction": "direction", "force": "load", "time": "time", "travel": "position"}
 _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
 _OF_NAME = 0.25  # the same of a name in doubt, beside which a smooth rest stays
+_MOSTLY = 0.5  # of its energy
+_OF_PART, _AHEAD = 0.15, 0.03  # the least share of a part's place, and by how much more than any other's
 
 
 def left_panels(model: Model, members: Set) -> list[Panel]:
@@ -98,9 +104,13 @@ def _placed(
     one = single_shape(panels, model.noise)
     smooth = max(follows[0].share if follows else 0.0, 0.0 if one is None else one.share)
     where = UnknownPlace(stage=_stage(panels, model), axes=_axis(panels), regimes=names, comes_back="")
-    back = _returning(where, panels, model, smooth)
+    part = likely_part(panels, model.noise) if where.stage == _ARM else None
+    least = max(0.0 if one is None else one.share, _taken_by_shapes(model, panels) if shapes else 0.0) + _AHEAD
+    back = _returning(where, panels, model, max(smooth, 0.0 if part is None else part.share - _WORTH))
     if back is not None:
         where, shapes = back, ()
+    elif part is not None and part.share > max(least, _OF_PART):
+        return _of_part(where, part, model, rms)
     elif not shapes:
         where = _of_one(where, one)
         where = where if where.axes else _of_doubtful(where, model, panels, one)
@@ -116,6 +126,62 @@ def _placed(
         where = replace(where, stage=shapes[0].stage, axes=at, regimes=kinds)
         text = unknown_text(model, shapes)
     return where, text, shapes
+
+
+def _of_part(
+    where: UnknownPlace, part: LikelyPart, model: Model, rms: float
+) -> tuple[UnknownPlace, str, Sequence[UnknownShape]]:
+    """The place of a part that explains more than any one shape does, in words, and no shape."""
+    axis = part.moves not in (FOOT, TOOL, INSTRUMENT)
+    scene = model.scenes[0]
+    linear = not axis or scene.cell.joints[scene.cell.index(part.moves)].prismatic
+    size = f"{m_to_mm(part.size):.3g} mm" if linear else f"{rad_to_deg(part.size):.3g} degrees"
+    back = "" if part.period is None else f"every {part.period:.3g} s"
+    name = part.moves if axis else f"the {part.moves}"
+    text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
+    text += f"; most of it is as if {name} were off by {size} rms, which follows the {part.follows}"
+    text += f" and comes back {back}" if back else ""
+    rest = tuple(n for n in where.regimes if n != part.follows)
+    axes = (part.moves,) if axis else ()
+    return replace(where, axes=axes, regimes=(part.follows, *rest), comes_back=back), text, ()
+
+
+def _taken_by_shapes(model: Model, panels: Sequence[Panel]) -> float:
+    """Share of the energy beyond the noise that the shapes of the unknown in the best set take of what stays."""
+    own = frozenset(i for i in model.best.members if model.units[i].effect == UNKNOWN.name)
+    return _taken(model, panels, own)
+
+
+def _taken(model: Model, panels: Sequence[Panel], own: Set) -> float:
+    """Share of the energy beyond the noise that some units of the best set take of what stays."""
+    values, gained, energy = model.values(own, model.best), 0.0, 0.0
+    for p in panels:
+        rows = p.w_tcp[:, 0] > 0.0
+        gap = whole_gap(p)[rows]
+        energy += float(np.sum(gap**2)) - len(gap) * model.noise**2
+        gained += float(np.sum(gap**2 - (gap - p.moves(values, rows)) ** 2))
+    return gained / max(energy, 1e-30)
+
+
+def at_drive(stays: Unknown, model: Model, axis: str, words: str) -> Unknown:
+    """What stays, at an axis's drive: what its error follows most is read off the log; at no axis where all fall behind together.
+    An error that stands, in a drive that always holds a load to one side, follows that load: a loop without its integrator.
+    """
+    drive, k = axes_report(model.scenes)[axis].drive, model.scenes[0].index(axis)
+    follows = "" if drive is None or drive.pattern.follows == CONSTANT else drive.pattern.follows
+    load = np.concatenate([s.torque[:, k] for s in model.scenes])
+    if drive is not None and not follows and _stands(drive.mean, drive.rms):
+        follows = LOAD if _stands(float(load.mean()), float(np.sqrt(np.mean(load**2)))) else ""
+    axes = (axis,)
+    if late_together(model.scenes):
+        axes, follows, words = (), "speed", f"all drives fall behind their set-points together; {words}"
+    where = UnknownPlace(stage="setpoint_to_encoder", axes=axes, regimes=(follows,) if follows else (), comes_back="")
+    return replace(stays, where=where, text="; ".join(filter(None, (words, stays.text))))
+
+
+def _stands(mean: float, rms: float) -> bool:
+    """Whether what has this mean and rms mostly stands to one side."""
+    return mean**2 > _MOSTLY * rms**2
 
 
 def _of_field(model: Model) -> str:
@@ -169,18 +235,13 @@ def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one
     """The axis of the name in the best set that takes most of what stays, and more than any one shape (`one`): a name may be in
     doubt, and its axis not. As it was where it has none, and of claims, which are taken away.
     """
-    rows = [p.w_tcp[:, 0] > 0.0 for p in panels]
-    gaps = [whole_gap(p)[r] for p, r in zip(panels, rows, strict=True)]
-    energy = sum(float(np.sum(g**2)) - len(g) * model.noise**2 for g in gaps)
     taken: dict[str, float] = {}
     for effect in model.evidence.effects_of(model.best.members) - {UNKNOWN.name}:
         for axis in {model.units[i].axis for i in model.best.members if model.units[i].effect == effect}:
             own = frozenset(
                 i for i in model.best.members if model.units[i].effect == effect and model.units[i].axis == axis
             )
-            moved = [p.moves(model.values(own, model.best), r) for p, r in zip(panels, rows, strict=True)]
-            gained = sum(float(np.sum(g**2 - (g - m) ** 2)) for g, m in zip(gaps, moved, strict=True))
-            taken[axis] = max(taken.get(axis, 0.0), gained / max(energy, 1e-30))
+            taken[axis] = max(taken.get(axis, 0.0), _taken(model, panels, own))
     best = max(sorted(taken), key=lambda a: taken[a], default="")
     least = max(_OF_NAME, 0.0 if one is None else one.share)
     return replace(where, axes=(best,)) if best and taken[best] > least else where
@@ -216,7 +277,7 @@ def _stage(panels: Sequence[Panel], model: Model) -> str:
         if p.y_servo is not None:
             drives += float(np.sum(p.carried(p.y_servo)[good] ** 2))
         arm += float(np.sum(p.y_tcp[good, :3] ** 2) - good.sum() * model.noise**2)
-    return "setpoint_to_encoder" if drives > max(arm, 0.0) else "encoder_to_tcp"
+    return "setpoint_to_encoder" if drives > max(arm, 0.0) else _ARM
 
 
 def _axis(panels: Sequence[Panel]) -> tuple[str, ...]:

@@ -14,10 +14,8 @@ from camrob.gap.evidence.model import Model, effect_rms, seen_rms
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
-from camrob.gap.evidence.unknown import CONSTANT
 from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
-from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.belief import BELIEF
@@ -30,11 +28,11 @@ from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import implausible, unknown_shapes
-from camrob.gap.verdict.remains import beyond_noise, left_panels, remains, residual_regimes, suspects
+from camrob.gap.verdict.remains import at_drive, beyond_noise, left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
-from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown, UnknownPlace
+from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
 from camrob.units import m_to_mm
 
 __all__ = ["Verdict", "judge_effects"]
@@ -139,7 +137,7 @@ def _said(
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
     if drive:
-        stays = _at_drive(stays, model, drive, words)
+        stays = at_drive(stays, model, drive, words)
     asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
     handed = hand_over(model, trial, claimed, members)
     return Verdict(
@@ -180,14 +178,6 @@ def _beside_claims(
     more = sum(a.probability for a in sets if set(claimed) < set(a.effects))
     by_claims, by_all = (BELIEF.matters(*beyond_noise(s, model.noise), model.noise) for s in (together, rest))
     return (1.0 - more) * by_claims + more * min(by_claims, by_all)
-
-
-def _at_drive(stays: Unknown, model: Model, axis: str, words: str) -> Unknown:
-    """What stays, at an axis's drive: what its error follows most is read off the log."""
-    drive = axes_report(model.scenes)[axis].drive
-    regimes = () if drive is None or drive.pattern.follows == CONSTANT else (drive.pattern.follows,)
-    where = UnknownPlace(stage="setpoint_to_encoder", axes=(axis,), regimes=regimes, comes_back="")
-    return replace(stays, where=where, text="; ".join(filter(None, (words, stays.text))))
 
 
 def _together(model: Model, trial: Trial, members: Set, shrunk: Shrinkage, handed: Handover) -> Together:

@@ -1,0 +1,135 @@
+"""What sits in no axis, or follows several quantities, is placed at the tool, the instrument or the axis that holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stranger_arms import UR, Faults, columns_of, driven, scattered, true_poses
+
+from camrob.cell.read_cell import read_cell
+from camrob.gap.evidence.design import Panel, build_units, make_panel
+from camrob.gap.locate.late_together import late_together
+from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, likely_part
+from camrob.gap.observation.noise import noise_of
+from camrob.gap.observation.scene import Scene, make_scene
+from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_info import LogInfo
+
+NOISE = 1e-5 * np.sqrt(3.0)
+
+
+def panel(folder: Path, *, beyond: Callable | None = None, seen: Callable | None = None, poses: bool = False) -> Panel:
+    """A log of a UR5 beside a smooth rest: its links `beyond` (t, axes) the encoders, its tip elsewhere by `seen`."""
+    (folder / "cell.toml").write_text(UR.cell)
+    if poses:
+        axis = scattered(UR, 90, 4)
+        t = np.cumsum(np.random.default_rng(5).uniform(5.0, 13.0, len(axis)))
+    else:
+        t, axis = driven(UR, 30.0, 4)
+    T = true_poses(UR, axis if beyond is None else axis + beyond(t, axis), Faults(rest=2e-5), 6)
+    if seen is not None:
+        T[:, :3, 3] += seen(t, axis, T.copy())
+    rows = np.arange(0, len(t), 1 if poses else 5)
+    columns = columns_of(UR, t[rows], axis[rows], T[rows], turned=False)
+    scene = make_scene(
+        MeasurementLog(columns, LogInfo(sigma_position=1e-5, poses=poses), Path("log.csv")), read_cell(folder)
+    )
+    return make_panel(scene, 0, build_units([scene], [], {}), [], {}, noise_of(scene), np.ones(len(scene), bool), 10, 0)
+
+
+def only(k: int, values: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    out = np.zeros_like(axis)
+    out[:, k] = values
+    return out
+
+
+def running_out(t: np.ndarray, axis: np.ndarray, T: np.ndarray) -> np.ndarray:
+    """A spindle that creeps round, 0.7 turns a second, and does not run true."""
+    w = 2.0 * np.pi * 0.7
+    return 1.5e-4 * np.einsum("nij,nj->ni", T[:, :3, :3], np.stack([np.cos(w * t), np.sin(w * t), 0.0 * t], 1))
+
+
+@pytest.mark.parametrize("poses", [True, False])
+def test_a_spindle_that_creeps_round_is_the_tool_s_and_comes_back_with_the_time(poses: bool, tmp_path: Path) -> None:
+    """Of single poses, too, some ten seconds apart: they stand at uneven times."""
+    found = likely_part([panel(tmp_path, seen=running_out, poses=poses)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == (TOOL, "time")
+    assert found.period == pytest.approx(1.0 / 0.7, rel=0.01)
+    assert found.share > 0.7
+    assert found.size == pytest.approx(1.5e-4, rel=0.1)
+
+
+def test_an_angle_disc_off_its_pivot_is_the_instrument_s(tmp_path: Path) -> None:
+    def off(t: np.ndarray, axis: np.ndarray, T: np.ndarray) -> np.ndarray:
+        away = T[:, :2, 3] - [2.0, 0.5]
+        bearing = np.arctan2(away[:, 1], away[:, 0])
+        return 2e-4 * np.sin(2.0 * bearing)[:, None] * np.c_[-away[:, 1], away[:, 0], 0.0 * t]
+
+    found = likely_part([panel(tmp_path, seen=off)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows, found.period) == (INSTRUMENT, "position", None)
+
+
+@pytest.mark.parametrize("poses", [True, False])
+def test_an_axis_that_follows_two_is_that_axis(poses: bool, tmp_path: Path) -> None:
+    rods = lambda t, q: only(2, 1.5e-3 * np.sin(q[:, 2] - 2.0 * q[:, 1] + 0.6), q)  # noqa: E731
+    found = likely_part([panel(tmp_path, beyond=rods, poses=poses)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == ("A3", "position")
+    assert found.share > 0.8
+
+
+def test_a_key_that_rolls_over_follows_the_acceleration_with_its_size(tmp_path: Path) -> None:
+    def key(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+        a = np.gradient(np.gradient(q[:, 0], t), t)
+        push, side, out = 0.5 * np.quantile(np.abs(a), 0.8), 0.0, []
+        for now in a:
+            side = float(np.sign(now)) if abs(now) > push else side
+            out.append(side)
+        return only(0, 4e-4 * np.array(out), q)
+
+    found = likely_part([panel(tmp_path, beyond=key)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == ("A1", "acceleration")
+    assert found.size == pytest.approx(4e-4, rel=0.15)  # a little less, as it stands longer at one side
+
+
+def test_a_floor_that_dips_and_comes_back_is_no_axis(tmp_path: Path) -> None:
+    dip = lambda t, q, T: 4e-4 / (1.0 + ((t - 14.0) / 5.0) ** 2)[:, None] ** 2 * [0.3, 0.0, -1.0]  # noqa: E731
+    found = likely_part([panel(tmp_path, seen=dip)], NOISE)
+    assert found is not None
+    assert found.moves in (FOOT, INSTRUMENT)
+    assert found.follows == "time"
+
+
+@pytest.mark.parametrize("poses", [True, False])
+def test_noise_beside_a_smooth_rest_has_no_clear_part(poses: bool, tmp_path: Path) -> None:
+    """Though twenty thousand rates are tried of poses."""
+    found = likely_part([panel(tmp_path, poses=poses)], np.hypot(NOISE, 2e-5))
+    assert found is None or found.period is None or found.share < 0.15
+
+
+def scene(folder: Path, lateness: Callable) -> Scene:
+    """Drives that are behind by the lateness (N, k) s of (t, axes) times their speed, encoders known to 5e-6 rad."""
+    (folder / "cell.toml").write_text(UR.cell)
+    t, command = driven(UR, 20.0, 3)
+    speed = np.gradient(command, t, axis=0)
+    encoder = command - lateness(t, command) * speed + 5e-6 * np.random.default_rng(1).normal(size=command.shape)
+    columns = columns_of(UR, t, encoder, None, setpoint=command)
+    return make_scene(MeasurementLog(columns, LogInfo(sigma_axis=5e-6), Path("log.csv")), read_cell(folder))
+
+
+def test_drives_that_fall_behind_at_the_same_times_are_late_together(tmp_path: Path) -> None:
+    stalls = lambda t, q: np.tile(0.004 * ((t % 2.5) < 0.3)[:, None], (1, q.shape[1]))  # noqa: E731
+    assert late_together([scene(tmp_path, stalls)])
+
+
+def test_drives_that_are_late_at_times_of_their_own_are_not(tmp_path: Path) -> None:
+    own = lambda t, q: 0.004 * ((t[:, None] % np.linspace(2.0, 3.0, q.shape[1])) < 0.3)  # noqa: E731
+    alone = lambda t, q: only(2, np.full(len(t), 0.004), q)  # noqa: E731
+    assert not late_together([scene(tmp_path, own)])
+    assert not late_together([scene(tmp_path, alone)])
