@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,7 +137,7 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
     """Candidates: what moves, what it follows, levers (N, 3, L), shape (N, d), period, and the share that it has by chance."""
     foot = np.stack([r.lever(f"root.{p}") for p in PLACES], axis=2)
     fixed = np.tile(np.eye(3), (len(r.gap), 1, 1))
-    course = _by_log(r, lambda t: np.polynomial.legendre.legvander(_scaled(t), _DEGREE))
+    course = _by_log(r, _course)
     yield from ((n, "time", x, course, None, 0.0) for n, x in ((FOOT, foot), (TOOL, r.turn), (INSTRUMENT, fixed)))
     yield INSTRUMENT, "position", fixed, _quadratic(_standard(r.tip)), None, 0.0
     yield INSTRUMENT, "position", fixed, _quadratic(r.turn[:, :, 2]), None, 0.0
@@ -168,7 +169,7 @@ def _rolled_over(acceleration: Array) -> Array:
     size = np.abs(acceleration)
     strong = size > _PUSH * float(np.quantile(size[size > 0.01 * size.max()], 0.8)) if size.any() else size > 0.0
     last = np.maximum.accumulate(np.where(strong, np.arange(len(size)), -1))
-    return np.where(last >= 0, np.sign(acceleration[last]), 0.0)
+    return np.asarray(np.where(last >= 0, np.sign(acceleration[last]), 0.0))
 
 
 def _returning(r: _Rows) -> Iterator[_Candidate]:
@@ -182,16 +183,21 @@ def _returning(r: _Rows) -> Iterator[_Candidate]:
         if found is None:
             continue
         rate, by_chance = found
-        shape = np.c_[np.ones(len(r.t)), _by_log(r, lambda t, rate=rate: _turns(t, rate))]
+        shape = np.c_[np.ones(len(r.t)), _by_log(r, partial(_turns, rate=rate))]
         left = link - shape @ np.linalg.lstsq(shape, link, rcond=1e-9)[0]
         if float(np.sum(left**2)) > (1.0 - _SAME_COURSE) * float(np.sum(link**2)):
             yield name, "time", levers, shape, 1.0 / rate, by_chance
 
 
+def _course(t: Array) -> Array:
+    """(N, d) a smooth course in time."""
+    return np.asarray(np.polynomial.legendre.legvander(_scaled(t), _DEGREE))
+
+
 def _turns(t: Array, rate: float) -> Array:
     """(N, 2 k) sines and cosines of a rate (Hz) and of its harmonics."""
     angle = 2.0 * np.pi * rate * np.outer(t, np.arange(1, _HARMONICS + 1))
-    return np.c_[np.cos(angle), np.sin(angle)]
+    return np.asarray(np.c_[np.cos(angle), np.sin(angle)])
 
 
 def _rate(r: _Rows, seen: Array) -> tuple[float, float] | None:
@@ -232,7 +238,7 @@ def _by_log(r: _Rows, shape: Callable[[Array], Array]) -> Array:
 
 
 def _scaled(x: Array) -> Array:
-    return 2.0 * (x - x.min()) / max(float(np.ptp(x)), 1e-12) - 1.0
+    return np.asarray(2.0 * (x - x.min()) / max(float(np.ptp(x)), 1e-12) - 1.0)
 
 
 def _standard(x: Array) -> Array:

@@ -37,7 +37,9 @@ _REGIME_OF = {"posture": "position", "direction": "direction", "force": "load", 
 _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
 _OF_NAME = 0.25  # the same of a name in doubt, beside which a smooth rest stays
 _MOSTLY = 0.5  # of its energy
-_OF_PART, _AHEAD = 0.15, 0.03  # the least share of a part's place, and by how much more than any other's
+# the least share of a part's place, and by how much more than any other's it is: one with a period fits nothing else, a course
+# in time or over postures much that is smooth
+_OF_PART, _OF_PERIOD, _AHEAD, _PERIOD_AHEAD = 0.4, 0.15, 0.15, 0.03
 
 
 def left_panels(model: Model, members: Set) -> list[Panel]:
@@ -105,11 +107,11 @@ def _placed(
     smooth = max(follows[0].share if follows else 0.0, 0.0 if one is None else one.share)
     where = UnknownPlace(stage=_stage(panels, model), axes=_axis(panels), regimes=names, comes_back="")
     part = likely_part(panels, model.noise) if where.stage == _ARM else None
-    least = max(0.0 if one is None else one.share, _taken_by_shapes(model, panels) if shapes else 0.0) + _AHEAD
+    least = max(0.0 if one is None else one.share, _taken_by_shapes(model, panels) if shapes else 0.0)
     back = _returning(where, panels, model, max(smooth, 0.0 if part is None else part.share - _WORTH))
     if back is not None:
         where, shapes = back, ()
-    elif part is not None and part.share > max(least, _OF_PART):
+    elif part is not None and _stands_out(part, least):
         return _of_part(where, part, model, rms)
     elif not shapes:
         where = _of_one(where, one)
@@ -126,6 +128,13 @@ def _placed(
         where = replace(where, stage=shapes[0].stage, axes=at, regimes=kinds)
         text = unknown_text(model, shapes)
     return where, text, shapes
+
+
+def _stands_out(part: LikelyPart, others: float) -> bool:
+    """Whether a part explains enough, and clearly more than any one shape, whose share is at most `others`."""
+    if part.period is not None:
+        return part.share > max(_OF_PERIOD, others + _PERIOD_AHEAD)
+    return part.share > max(_OF_PART, others + _AHEAD)
 
 
 def _of_part(
@@ -172,7 +181,7 @@ def at_drive(stays: Unknown, model: Model, axis: str, words: str) -> Unknown:
     load = np.concatenate([s.torque[:, k] for s in model.scenes])
     if drive is not None and not follows and _stands(drive.mean, drive.rms):
         follows = LOAD if _stands(float(load.mean()), float(np.sqrt(np.mean(load**2)))) else ""
-    axes = (axis,)
+    axes: tuple[str, ...] = (axis,)
     if late_together(model.scenes):
         axes, follows, words = (), "speed", f"all drives fall behind their set-points together; {words}"
     where = UnknownPlace(stage="setpoint_to_encoder", axes=axes, regimes=(follows,) if follows else (), comes_back="")

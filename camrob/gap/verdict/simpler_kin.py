@@ -1,8 +1,10 @@
-"""Names that follow direction or time alone, and that a simpler name which follows the same nearly shows: one class with it.
+"""Names that follow direction or time alone, and that a simpler name which follows the same nearly shows: one class with it. So
+is, of single poses, one of the same kind that can't be described there at all, and that was never tried.
 
 What follows posture is told apart by posture. What follows an axis's direction or the time has nothing else to tell it by, and
 machines have it in more ways than the library describes: a play that is crossed in some time is as near to a spring that slips
-as to the play of the library.
+as to the play of the library. Single poses know of an axis's way no more than from which side it came: how far a spring is wound
+up there, nobody logged, and a wound-up spring was play at 97 %.
 """
 
 from __future__ import annotations
@@ -26,17 +28,19 @@ _RANK = 1e-9  # of the largest singular value of columns
 
 def shown_by_simpler(model: Model, library: Sequence[Effect], claimed: Collection[str]) -> dict[str, list[str]]:
     """Claimed effects, and those of the same stages and regimes with fewer parameters that show nearly all of what each does, but
-    for what frames and latencies that are always fitted take up.
+    for what frames and latencies that are always fitted take up; or that have no parameter, where logs hold single poses.
     """
     kin = [e for e in library if not _POSTURE.intersection(e.regimes)]
     columns = {e.name: _columns(model, e.name) for e in kin}
     found: dict[str, list[str]] = {}
+    poses = any(s.poses for s in model.scenes)
     for one in (e for e in kin if e.name in claimed):
         values = model.values(frozenset(i for i in model.best.members if model.units[i].effect == one.name), model.best)
         for other in kin:
             alike = other.stages == one.stages and set(other.regimes) == set(one.regimes)
-            simpler = 0 < len(columns[other.name]) < len(columns[one.name])
-            if alike and simpler and _shown(model, values, columns[other.name]) > BELIEF.shown:
+            own, others = len(columns[one.name]), len(columns[other.name])
+            shows = 0 < others < own and _shown(model, values, columns[other.name]) > BELIEF.shown
+            if alike and other is not one and (shows or (poses and others == 0 < own)):
                 found.setdefault(one.name, []).append(other.name)
     return found
 

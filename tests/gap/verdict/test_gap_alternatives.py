@@ -44,3 +44,14 @@ def test_sets_sum_to_one_and_no_name_is_surer_than_believed() -> None:
     plain = {n: p**BELIEF.slope for n, p in sets.items()}
     sure = believed_sets(sets, {"a": 1.0, "b": 1.0, "c": 1.0})
     assert sure[frozenset({"a", "b"})] == pytest.approx(plain[frozenset({"a", "b"})] / sum(plain.values()), rel=0.04)
+
+
+def test_names_that_are_no_likelier_than_what_is_left_out_double_no_set() -> None:
+    """Three names of 2 % each beside one that is sure made eight sets; one of 10 % is told."""
+    rare = {"x": 0.02, "y": 0.02, "z": 0.02, "w": 0.10}
+    sets: dict[frozenset[str], float] = {frozenset({"a"}): 1.0}
+    for name, p in rare.items():
+        sets = {k: q * s for names, q in sets.items() for k, s in ((names, 1.0 - p), (names | {name}, p))}
+    odds = {names: p ** (1.0 / BELIEF.slope) for names, p in sets.items()}  # as evidence that is believed so much
+    found = believed_sets(odds, {"a": 1.0, **rare})
+    assert found == pytest.approx({frozenset({"a"}): 0.9, frozenset({"a", "w"}): 0.1}, abs=1e-6)

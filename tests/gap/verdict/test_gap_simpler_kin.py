@@ -29,7 +29,7 @@ def slipping(position: np.ndarray, width: float) -> np.ndarray:
     return out
 
 
-def model(narrow: float, wide: float, name: str = "springs") -> SimpleNamespace:
+def model(narrow: float, wide: float, name: str = "springs", *, poses: bool = False) -> SimpleNamespace:
     """A carriage that goes to and fro by 100 mm, of which one name is fitted with some values; a constant is always fitted."""
     x = 50.0 * np.sin(np.linspace(0.0, 40.0, 4000)) * np.linspace(1.0, 0.6, 4000)
     springs = np.stack([slipping(x, 0.1), slipping(x, 60.0)], axis=1)
@@ -40,6 +40,7 @@ def model(narrow: float, wide: float, name: str = "springs") -> SimpleNamespace:
     values = np.zeros(7)
     values[owner == [u.effect for u in units].index(name)] = narrow, wide
     return SimpleNamespace(
+        scenes=(SimpleNamespace(poses=poses),),
         units=units,
         design=SimpleNamespace(owner=owner, A=(columns.T @ columns)[None]),
         evidence=SimpleNamespace(always=frozenset({0})),
@@ -64,3 +65,14 @@ def test_a_simpler_name_is_not_doubted_for_the_wider_one() -> None:
     sure = model(1.0, 0.0)
     sure.best.members = frozenset({1})
     assert shown_by_simpler(sure, LIBRARY, ["play"]) == {}  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("poses", [True, False])
+def test_of_single_poses_a_kind_that_cannot_be_described_is_one_class_with_the_one_that_can(*, poses: bool) -> None:
+    """A spring that slips has no parameters there, so that a play was never held to it; of a path none is found where none is."""
+    log = model(1.0, 0.0, poses=poses)
+    log.best.members = frozenset({1})
+    log.design.owner = np.where(log.design.owner == 2, 0, log.design.owner)
+    found = shown_by_simpler(log, LIBRARY, ["play"])  # type: ignore[arg-type]
+    assert found == ({"play": ["springs"]} if poses else {})
+    assert shown_by_simpler(log, LIBRARY, ["bend"]) == {}  # type: ignore[arg-type]
