@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _TOLD = 0.3  # share of an axis's error that the lateness of all others has to show
 _FEWEST = 2  # such axes
 _QUIET = 1.5  # times its noise that an axis's error has to be to count
+_HARDLY = 0.005  # of the mean square of speed: what moves less tells nothing
 _BETWEEN = 2.0  # the square of what noise does from one row to the next is as many times its own
 
 
@@ -55,5 +56,5 @@ def _share(error: Array, speed: Array, k: int, others: Sequence[int]) -> float:
     late = behind / np.maximum(fast, 1e-30)
     left = error[:, k] - late * speed[:, k]
     # where the others hardly move, they tell nothing
-    told = fast > 1e-3 * float(np.mean(fast))
+    told = fast > _HARDLY * float(np.mean(fast))
     return 1.0 - float(np.sum(left[told] ** 2)) / max(float(np.sum(error[told, k] ** 2)), 1e-30)
