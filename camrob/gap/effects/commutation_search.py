@@ -36,6 +36,7 @@ _COARSE = tuple(
 )
 # cycles within the travel, beside a peak: of a first look, of a second and of a last one
 _AROUND, _NEAR, _FINE = np.linspace(-1.0, 1.0, 9), np.linspace(-0.375, 0.375, 7), np.linspace(-0.12, 0.12, 7)
+_FINER = (0.4, 0.2)  # by what share a loop is changed, time after time
 _SHORT = 5  # loops that are tried in time
 _OFF = (-19.0, -13.0, -8.0, -4.5, 4.5, 8.0, 13.0, 19.0)  # ... that are another order's
 _SHARP = 12.0  # times what orders beside it explain: a ripple has one order, what is smooth over the angle has many
@@ -92,7 +93,7 @@ class _Search:
         _, order, _, short = self._look(order, weight, LOOPS, _NEAR)
         loops = [Ripple(order, *LOOPS[n], 1.0, max(self.full, _TINY)) for n in short]
         loop = max(loops, key=lambda r: self._gain(self._waves(r, [kind])[0]))
-        loop = self._settled(loop, kind)
+        loop = self._settled(replace(loop, parts=(kind,)))
         wave = self._waves(loop, [kind])[0]
         gain = self._gain(wave)
         beside = [replace(loop, order=loop.order + d / self.span) for d in _OFF]
@@ -100,12 +101,15 @@ class _Search:
         clear = max(_CLEAR * self._scatter(gain), _SHARP * float(np.median(others)))
         if gain < clear or loop.order * self.span < _LOWEST:
             return None
-        return self._with_more(replace(loop, size=max(float(np.sqrt(np.mean(np.abs(wave) ** 2))), _TINY)), kind)
+        loop = self._settled(self._tuned(self._with_more(loop, kind)))
+        (first, *_), size = loop.parts, 1.0
+        size = float(np.sqrt(np.mean(np.abs(self._waves(loop, [first])[0]) ** 2)))
+        return replace(loop, size=max(size, _TINY))
 
-    def _settled(self, loop: Ripple, kind: tuple[float, str]) -> Ripple:
+    def _settled(self, loop: Ripple) -> Ripple:
         """With the order at the top of a parabola through what its neighbours explain: other logs may go on where these end."""
         orders = loop.order + _FINE / self.span
-        gains = np.array([self._gain(self._waves(replace(loop, order=float(o)), [kind])[0]) for o in orders])
+        gains = np.array([self._explained(replace(loop, order=float(o))) for o in orders])
         n = min(max(int(np.argmax(gains)), 1), len(orders) - 2)
         before, top, behind = gains[n - 1 : n + 2]
         bend = before - 2.0 * top + behind
@@ -150,6 +154,26 @@ class _Search:
 
     def _scatter(self, explained: float) -> float:
         return max(float(self.y @ self.y) - explained, 0.0) / len(self.y)
+
+    def _tuned(self, loop: Ripple) -> Ripple:
+        """With the loop between those that were tried: faster or slower, or held more or less, as explains more of all parts."""
+        best = self._explained(loop)
+        for share in _FINER if loop.band else ():
+            for what in ("band", "hold", "integral"):
+                for factor in (1.0 + share, 1.0 / (1.0 + share)):
+                    tried = replace(loop, **{what: getattr(loop, what) * factor})
+                    gain = self._explained(tried) if tried != loop else best
+                    if gain > best:
+                        loop, best = tried, gain
+                        break
+        return loop
+
+    def _explained(self, loop: Ripple) -> float:
+        """What all parts of a loop take together."""
+        Z = self._waves(loop, loop.parts)
+        Q = np.linalg.qr(self.apart(np.concatenate([Z.real, Z.imag])).T)[0]
+        taken = Q.T @ self.y
+        return float(taken @ taken)
 
     def _with_more(self, loop: Ripple, kind: tuple[float, str]) -> Ripple:
         """With what ripples half or twice as often, or by the load, where it is clear."""
