@@ -39,6 +39,7 @@ STRANGE = {
     "G21 N1.2": "jump",
     "N10 G22 N1": "jump",
     "X11. N3": "repeat",
+    "E2": "fixture offset",  # Fadal
     "G50 S3000": "limits",
     "G26 S3000": "limits",
     "G74": "machine's zero",
@@ -54,6 +55,8 @@ STRANGE = {
     "G95": "",
     "G93": "",
     "M21": "mirrors",
+    "M72": "modes",  # LinuxCNC: G90 or G91 again as M70 has found it
+    "M73": "modes",
     "G41 D1": "",
     "G44": "",
     "MIRROR X": "",

@@ -204,7 +204,7 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
         elif letter == "N":
             if g or m or words.keys() - {"O"}:
                 raise ToolpathError(
-                    f"N{value:g} behind other words: a jump, a call or how often to repeat on some controls (Fagor)",
+                    f"N{value:g} behind other words: a jump, a call or how often to repeat on some controls (Fagor, NUM)",
                     hint="put a block's number in front, or have the CAM system write the path out",
                 )
         elif letter == "T" and len(tools) < 2:
@@ -223,7 +223,8 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
         words.pop("E", None)
     if "E" in words:
         raise ToolpathError(
-            "an E word, or a number with an exponent; G-code has neither", hint="export plain decimal numbers"
+            "an E word (a fixture offset on Fadal's controls, the filament of a printer), or a number with an exponent",
+            hint="export plain decimal numbers; post for Fanuc",
         )
     ready = tools[1] if len(tools) > 1 else None
     return Block(line, words, tuple(g), tuple(m), comment, False, optional, whole_p, ready=ready)

@@ -18,6 +18,7 @@ _COOLANT = {70: "MIST", 80: "FLOOD", 130: "FLOOD", 140: "FLOOD"}
 # M96 to M99 and M198: calls and their ends; M21 to M23: mirror images of older controls
 _SUBPROGRAM = frozenset((960, 970, 980, 990, 1980))
 _MIRROR = frozenset((210, 220, 230))
+_RESTORED = frozenset((720, 730))  # LinuxCNC
 _TCP_ON, _TCP_OFF = (1280, 4280), (1290, 4290)  # M128 and M428, M129 and M429, in tenths
 _KNOWN = frozenset((*_SPINDLE, *_COOLANT, *_TCP_ON, *_TCP_OFF, 0, 10, 20, 50, 60, 90, 190, 290, 300, 600))
 
@@ -137,6 +138,11 @@ class Process:
                 raise ToolpathError(
                     f"M{code / 10:g} mirrors the part on some controls, which is not done",
                     hint="let the CAM system mirror, or take it out where it means something else on the machine",
+                )
+            if code in _RESTORED:
+                raise ToolpathError(
+                    f"M{code // 10} brings modes back that M70 or M73 has kept (LinuxCNC), which is not done",
+                    hint="write the modes that hold out as G codes, or take it out where it means something else on the machine",
                 )
             if code == 610:
                 raise ToolpathError("M61 names the tool without a change", hint="change it by T and M6")

@@ -32,6 +32,8 @@ def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
         return "N behind other words, which may be a jump or a repeat"
     codes, named = {f"{float(value):g}" for letter, value in pairs if letter == "G"}, set(letters)
     motion = next((code for code in codes if code in {*_HOLES, "0", "1", "2", "3"}), motion)
+    if "E" in named and "187" not in codes:
+        return "E, an offset of Fadal's or an exponent"
     if "S" in named and codes & {"25", "26", "50", "92"}:
         return "S as a limit of the spindle's speed"
     if codes == {"74"} and not named & set("XYZR"):
