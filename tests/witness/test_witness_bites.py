@@ -86,6 +86,25 @@ def test_a_datum_of_okumas_is_a_work_frame(tmp_path: Path) -> None:
     assert "place in the part is not known" in gap.text and gap.first_line == 9
 
 
+@pytest.mark.parametrize("up", [0.5, 5.0])
+def test_between_bites_the_tool_comes_no_higher_than_the_cycle_says(tmp_path: Path, up: float) -> None:
+    program, lines = _program_of_breaks(tmp_path)
+    out = [k for k, row in enumerate(lines) if row.startswith("LIN") and "Z 202.000" in row]
+    lines[out[1]] = lines[out[1]].replace("Z 202.000", f"Z {202.0 + up:.3f}")
+    assert "peck-higher" in _objections(tmp_path, program, lines)
+
+
+def test_out_of_the_hole_no_slower_and_not_rounded_off(tmp_path: Path) -> None:
+    program, lines = _program_of_breaks(tmp_path)
+    slow = lines.copy()
+    feeds = [k for k, row in enumerate(lines) if row == "$VEL.CP = 0.008333"]
+    slow[feeds[0]] = "$VEL.CP = 0.004000"
+    assert "feed-lower" in _objections(tmp_path, program, slow)
+    out = [k for k, row in enumerate(lines) if row.startswith("LIN") and "Z 202.000" in row]
+    lines[out[1]] += " C_DIS"
+    assert "hole-rounded" in _objections(tmp_path, program, lines)
+
+
 def test_air_is_held_to_the_usual_rapid_where_the_set_up_names_none(tmp_path: Path) -> None:
     made = posted(tmp_path, "a.h", KLARTEXT.format(1, 0, 2), setup="part_in_base = [0, 0, 200, 0, 0, 0]\n")
     program = next(made.out.glob("*.src"))

@@ -71,6 +71,11 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
     if len(into):
         text = "goes back into the part faster than the file's feed"
         yield _said("entry-faster", text, k[into], row[into], story, run, run.speed[k[into]], story.feed[row[into]])
+    strokes = j[(story.way[i] == Way.HOLE) & ~match.cuts]  # out of a hole at a feed of the file's own
+    back = np.flatnonzero(np.isin(k, strokes) & (run.speed[k] < story.feed[row] - _PRINTED))
+    if len(back) and not slower_allowed:
+        text = "comes out of the hole slower than the file's feed, for no reason that is given"
+        yield _said("feed-lower", text, k[back], row[back], story, run, run.speed[k[back]], story.feed[row[back]])
     if rapid is not None:
         rows = np.concatenate([j[~cut], match.air])
         rows = rows[run.speed[rows] > rapid + _PRINTED]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Objection, Run, Story, Way
-from camrob.witness.rules.rules_geometry import AXIS, Track
+from camrob.witness.rules.rules_geometry import AXIS, POSITION, Track
 from camrob.witness.rules.rules_path import Match
 
 __all__ = ["hole_objections"]
@@ -14,12 +14,22 @@ __all__ = ["hole_objections"]
 
 def hole_objections(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
     """What stands against the holes of a program."""
-    return [*_rounded(match, story, run), *_retracted(match, file, story, prog, run)]
+    return [*_rounded(match, file, story, prog, run), *_retracted(match, file, story, prog, run)]
 
 
-def _rounded(match: Match, story: Story, run: Run) -> list[Objection]:
-    """Holes at whose bottom the program rounds the corner, and so doesn't reach it: the first, and how many."""
-    j, i = match.pairs[(story.way[match.pairs[:, 1]] == Way.HOLE) & match.cuts].T
+def _rounded(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
+    """Holes at whose bottom the program rounds the corner, and so doesn't reach it: the first, and how many; and likewise where
+    between two pecks it comes out of the hole at a feed of the file's own, which is no rapid to be rounded into.
+    """
+    holes = story.way[match.pairs[:, 1]] == Way.HOLE
+    j, i = match.pairs[holes & ~match.cuts].T
+    out = np.array([row for row, pecks in story.pecks.items() if pecks.out and pecks.fed], dtype=np.int64)
+    ends, starts = prog.tip[np.searchsorted(prog.rows, j)], file.start[np.searchsorted(file.rows, i)]
+    drawn = np.isin(i, out) & (np.linalg.norm(ends - starts, axis=1) <= POSITION)
+    top = np.unique(j[drawn & ~run.exact[j]])
+    if len(top):
+        return [_said("hole-rounded", "out of a hole between two pecks, and there it is rounded off", run, int(top[0]))]
+    j, i = match.pairs[holes & match.cuts].T
     deepest = np.zeros(len(story), dtype=np.int64)
     np.maximum.at(deepest, i, j)
     rows = np.unique(deepest[i])
