@@ -44,6 +44,7 @@ PATH_CODES = frozenset(
         "peck-ends",
         "peck-left-in",
         "chip-break",
+        "peck-higher",
     }
 )
 

@@ -145,21 +145,19 @@ def strokes(prog: Track, ptp: NDArray[np.bool_], j: int, hole: Motion, tol: Tole
     return cuts[:last] or None
 
 
-def unlike_pecks(cuts: list[Stroke], most: Pecks | None) -> Iterator[tuple[int, str, str]]:
+def unlike_pecks(cuts: list[Stroke], most: Pecks) -> Iterator[tuple[int, str, str]]:
     """Which of a hole's `strokes` stand against the file's pecks, the first of each kind: code and what it does.
 
-    Between its pecks the tool is drawn out as far as to where the hole's motion starts: what is above that the file doesn't say.
+    Where the file has the tool drawn out at a feed, that is to where the hole's motion starts, and no way through the clear.
     """
-    higher = next((k for k, cut in enumerate(cuts) if cut.low < -POSITION), None)
+    higher = next((k for k, cut in enumerate(cuts) if cut.low < -POSITION), None) if most.fed else None
     if higher is not None:
         up = m_to_mm(-cuts[higher].low)
         yield (
             higher,
             "peck-higher",
-            f"is drawn {up:.3f} mm above the height from which the file drills, within the hole's pecks",
+            f"is drawn {up:.3f} mm above the height from which the file drills, within the hole",
         )
-    if most is None:
-        return
     deeper, stays = _too_deep(cuts, most), _left_in(cuts, most.breaks) if most.out else None
     if deeper is not None:
         k, limit = deeper

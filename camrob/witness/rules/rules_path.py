@@ -233,7 +233,7 @@ class _Walk:
             return False
         self.pairs += [(j + k, i, cut.peck > 0.0) for k, cut in enumerate(cuts)]
         most = self.pecks.get(int(self.file.rows[i]))
-        for k, code, text in unlike_pecks(cuts, most):
+        for k, code, text in () if most is None else unlike_pecks(cuts, most):
             self.j = j + k
             self._say(code, f"line {self.prog_line[self.j]} of the program {text}")
         if (
