@@ -15,7 +15,8 @@ __all__ = ["EFFECT"]
 
 _START, _LEAST = 0.004, 1e-4  # s: a cycle of a bus; less is as good as none
 _CHOICES = 4
-_APART, _SHARE = 5e-5, 0.3  # s, and share of what is usual, that an axis is later than the others
+# s that an axis is later than the others: where these are not late, and at the most, where drives lag as they differ; and share
+_APART, _LAGGING, _SHARE = 5e-5, 0.001, 0.3
 _CLEAR = 100.0  # times the scatter of what stays, that being later than the others explains
 _MUCH, _MOST = 0.1, 0.5  # s: already a lot; a bridge between networks may take as long
 _CYCLES = (0.008, 0.012, 0.016, 0.024)  # s of a slower bus
@@ -27,7 +28,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         return ()
     late = {a: _behind(scenes, a) for a in scenes[0].axes if moved(scenes, a)}
     usual_delay = float(np.median([seconds for seconds, _ in late.values()])) if late else 0.0
-    apart = max(_APART, _SHARE * abs(usual_delay))
+    apart = max(_APART, min(abs(usual_delay), _LAGGING), _SHARE * abs(usual_delay))
     return tuple(
         Unit("setpoint_delay", a, (EffectParameter(f"{a}_{name}", unit, usual, -most, most, much),), _CHOICES, name)
         for a, (seconds, weight) in late.items()

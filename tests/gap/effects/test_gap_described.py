@@ -223,6 +223,16 @@ def test_an_axis_may_be_late_by_a_tenth_of_a_millisecond_or_by_a_bridge_between_
     assert float(x @ y / (x @ x)) == pytest.approx(late, rel=0.02)
 
 
+def test_a_drive_that_lags_a_little_longer_than_the_others_is_no_late_set_point() -> None:
+    def plant(world) -> None:
+        lags = 0.0018 * np.ones(world.command.shape[1])
+        lags[2] += 0.0007
+        world.drive -= lags * np.gradient(world.command, generator.STEP, axis=0)
+
+    effect = next(e for e in library() if e.name == "setpoint_delay")
+    assert effect.units([make_scene(simulated(plant, rate=1.0 / 0.012), kr15())], {}) == ()
+
+
 def test_no_axis_is_late_where_all_are_alike_or_only_noise_is_there() -> None:
     def plant(world) -> None:
         rng = np.random.default_rng(5)
