@@ -384,8 +384,8 @@ def pool(panels: Sequence[Panel], units: Sequence[Unit], basis: SmoothBasis | No
             b[:, block] += sums.b
             yy[:, block] += sums.yy
             rows[block] += sums.rows
-            if sums.smooth is not None:
-                C[block], D[block], d[block] = sums.smooth
+            if sums.smooth is not None:  # added: logs of the same postures share their blocks
+                C[block], D[block], d[block] = (x[block] + y for x, y in zip((C, D, d), sums.smooth, strict=True))
         squares = np.einsum("krn,krn->rk", *[p.tcp.transpose(2, 1, 0)] * 2)
         energy += np.maximum(squares[:3].sum(axis=0), LEVER**2 * squares[3:].sum(axis=0))
         if p.servo is not None:

@@ -222,6 +222,13 @@ def test_targets_on_the_same_postures_are_withheld_together() -> None:
         for row in range(len(scene)):
             same = np.flatnonzero((np.abs(model.scenes[0].link - scene.link[row]) < 1e-9).all(axis=1))
             assert model.panels[k].block[row] == model.panels[0].block[same[0]]
+    # logs that share their blocks are all in the discrepancy's sums, as they are in the others
+    gram = model.design.field
+    assert gram is not None
+    for row in range(3):
+        own = [p.smooth * p.w_tcp[:, row, None] for p in model.panels]
+        whole = sum(F.T @ F for F in own)
+        assert np.abs(gram.D[:, row].sum(axis=0) - whole).max() < 1e-9 * np.abs(whole).max()
     twice = with_whole_postures(model_of([seen_from(np.repeat(axis[:25], 2, axis=0))]))
     block = twice.panels[0].block
     assert (block[::2] == block[1::2]).all()
