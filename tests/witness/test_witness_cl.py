@@ -229,6 +229,7 @@ def test_a_file_that_is_not_there(tmp_path):
         ("LOADTL/3,1,3", ("TOOL", 3, "")),
         ("TOOL PATH/A,TOOL,Ball 10", ("TOOL", 0, "Ball 10")),
         ("DELAY / 2.5", ("DWELL", 2.5, "")),
+        ("DWELL/2.5", ("DWELL", 2.5, "")),
         ("STOP", ("STOP", 0, "")),
         ("OPSTOP", ("STOP", 0, "")),
     ],

@@ -74,10 +74,10 @@ class Interpreter:
         }  # fmt: skip
         plain = {
             "CIRCLE": circle, "TLON,GOFWD": tlon, "INDIRV": indirv, "MSYS": msys, "CSYS": csys, "TRNTYP": trntyp,
-            "CAMERA": camera, "SPINDL": spindl, "COOLNT": coolnt, "DELAY": delay, "LOAD": load, "LOADTL": load,
-            "CUTTER": cutter, "TLDATA": tldata, "TOOLNO": toolno, "TURRET": turret, "UNLOAD": unload, "AUXFUN": auxfun,
-            "TRACUT": tracut, "TRANS": trans, "STOP": stop, "OPSTOP": stop, "PARTNO": partno, "TPRINT": tprint,
-            "MACHIN": machin, "RETRCT": retrct, "RETRACT": retrct,
+            "CAMERA": camera, "SPINDL": spindl, "COOLNT": coolnt, "DELAY": delay, "DWELL": delay, "LOAD": load,
+            "LOADTL": load, "CUTTER": cutter, "TLDATA": tldata, "TOOLNO": toolno, "TURRET": turret, "UNLOAD": unload,
+            "AUXFUN": auxfun, "TRACUT": tracut, "TRANS": trans, "STOP": stop, "OPSTOP": stop, "PARTNO": partno,
+            "TPRINT": tprint, "MACHIN": machin, "RETRCT": retrct, "RETRACT": retrct,
         }  # fmt: skip
         for word, verb in {**plain, **machine.dialect.words}.items():
             self.handlers[word] = lambda s, verb=verb: verb(self.m, s)  # type: ignore[misc]

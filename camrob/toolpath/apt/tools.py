@@ -158,12 +158,14 @@ def coolnt(m: Machine, s: Statement) -> None:
 
 
 def delay(m: Machine, s: Statement) -> None:
-    """DELAY/seconds, or DELAY/n,REV: n revolutions of the spindle."""
+    """DELAY/seconds, or DELAY/n,REV: n revolutions of the spindle. Some posts call it DWELL."""
     if not s.numbers or not s.numbers[0] >= 0.0:
-        raise ToolpathError("DELAY needs a time", hint="give it in seconds", line=s.line)
+        raise ToolpathError(f"{s.word} needs a time", hint="give it in seconds", line=s.line)
     seconds = s.numbers[0]
     if "REV" in s.words:
         if not m.rpm > 0.0:
-            raise ToolpathError("DELAY in revolutions without a spindle speed", hint="give it in seconds", line=s.line)
+            raise ToolpathError(
+                f"{s.word} in revolutions without a spindle speed", hint="give it in seconds", line=s.line
+            )
         seconds = 60.0 * seconds / m.rpm
     m.event(EventKind.DWELL, seconds, "", s.line)

@@ -11,8 +11,20 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 
-__all__ = ["Block", "Plane", "Word", "assemble", "block_of", "decode", "lex", "strip_comments", "without_corner"]
+__all__ = [
+    "POLAR_WORDS",
+    "Block",
+    "Plane",
+    "Word",
+    "assemble",
+    "block_of",
+    "decode",
+    "lex",
+    "strip_comments",
+    "without_corner",
+]
 
+POLAR_WORDS = "polar words (@, ^: LinuxCNC) are not read"
 _LONGEST_LINE = 10_000  # characters: real blocks stay under 256
 _LARGEST = 1e9  # of any number in a block
 _CONTROL = bytes(set(range(32)) - {9, 10, 13})
@@ -258,6 +270,12 @@ def _unreadable(bare: str) -> ToolpathError:
         )
     if rest[:1] == ",":
         return ToolpathError(f"a comma in a number ({rest[:12]!r})", hint="write decimals with a point")
+    if rest[:1] in ("@", "^"):
+        return ToolpathError(POLAR_WORDS, hint="write the points out in X and Y")
+    if bare[:1] in ("$", "?", "!", "~"):
+        return ToolpathError(
+            f"{rest[:16]!r} is a command to the control itself (Grbl), no block of a program", hint="take it out"
+        )
     if rest[:1].isalpha() and not re.match(r"[A-Z][ \t]*[-+.0-9]", rest):
         return ToolpathError(
             f"no number follows {rest[:1]} in {rest[:16]!r}", hint="every word is a letter and a number"

@@ -280,6 +280,11 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
             path.rapid(frame.stance(), block.line)
     path.lose()
     frame.forget(named or "XYZ")
+    away = code == 300 or (code == 530 and any(block.words[letter] for letter in named if letter in "ABC"))
+    if away and set("ABC") & set(named):  # another place than the machine's zero, where the rotary axes stand upright
+        frame.angles = [
+            math.nan if letter in named else angle for letter, angle in zip("ABC", frame.angles, strict=True)
+        ]
     if not named:  # whether the rotary axes go along is the machine's affair
         frame.angles = [math.nan if angle else 0.0 for angle in frame.angles]
     path.note(

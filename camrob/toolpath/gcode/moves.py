@@ -78,7 +78,8 @@ class Motions:
                 )
             if not frame.oriented:
                 raise ToolpathError(
-                    "a cut behind a plane or tool centre point that has ended, with rotary axes only the control knows",
+                    "a cut with rotary axes at angles that only the control knows (behind a plane or tool centre point that has "
+                    "ended, or at a machine position)",
                     hint="name both rotary axes in a rapid move before the cut, or swivel to a plane with angles 0",
                 )
             raise ToolpathError(

@@ -10,10 +10,12 @@ from camrob.errors import ToolpathError
 __all__ = ["refuse_turning"]
 
 _Y = re.compile(r"Y[ \t]*[-+=]?[ \t]*[0-9.#\[]")
-# surface speed and its bound, roughing and threading cycles, a tool with its offset in one number, lathe increments
+# surface speed and its bound, roughing and threading cycles, a tool with its offset in one number, lathe increments, LinuxCNC's
+# threads and the radius or diameter of G18 that X is there
 _MARKS = re.compile(
     r"(?<![A-Z0-9.])(?:G[ \t]*0*96(?![0-9.])|G[ \t]*0*50[ \t]*S|G[ \t]*0*7[0-6][ \t]*[PUXR]|T[ \t]*[0-9]{4}(?![0-9])"
-    r"|G[ \t]*0*(?:32|33|92)[ \t]*[XZ][^\n]*F|[UW][ \t]*[-+]?[0-9.])"
+    r"|G[ \t]*0*(?:32|33|92)[ \t]*[XZ][^\n]*F|[UW][ \t]*[-+]?[0-9.]"
+    r"|G[ \t]*0*33(?:\.1)?[ \t]*Z[^\n]*K|G[ \t]*18[ \t]*G[ \t]*0*[78](?![0-9.]))"
 )
 
 

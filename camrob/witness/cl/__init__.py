@@ -145,7 +145,10 @@ def read_story(
         reader.read(text)
         story = tell.story(kind, reader.units)
         if story is None:
-            raise ToolpathError("no motion that can be read", hint="name a CL file with GOTO or G1 motions in numbers")
+            why = "".join(f" (line {gap.first_line}: {gap.text})" for gap in tell.gaps[:1])
+            raise ToolpathError(
+                f"no motion that can be read{why}", hint="name a CL file with GOTO or G1 motions in numbers"
+            )
     except ToolpathError as error:
         raise error.at(file) from None
     return story

@@ -253,12 +253,12 @@ class GcodeReader(Switching):
         elif _ALIGNING & set(g):
             self._align(axes, words, line, moves="53.3" in g)
         elif "28" in g or "30" in g:
-            self._home(axes, words, line)
+            self._home(axes, words, line, second="30" in g)
         elif "53" in g:
             if axes and self._motion not in ("0", "", "80"):
                 self._tell.gap(line, "a cut to a machine position")
             if axes:
-                self._stand.leave(axes)
+                self._stand.leave(axes, words)
                 self._tell.lose()
         elif self._motion in _CYCLES:
             self._cycle(axes, words, line)
@@ -280,12 +280,12 @@ class GcodeReader(Switching):
         if pose := self._stand.pose():
             self._move(*pose, Way.RAPID, line)
 
-    def _home(self, axes: set[str], words: Words, line: int) -> None:
+    def _home(self, axes: set[str], words: Words, line: int, second: bool) -> None:
         """G28, G30: in rapid through the point that is named, then to the machine's own position."""
         self._stand.go(self._target(axes, words))
         if axes and (pose := self._stand.pose()):
             self._move(*pose, Way.RAPID, line)
-        self._stand.leave(axes)
+        self._stand.leave(axes, dict.fromkeys(axes, "1") if second else None)  # only the first one is the zeros
         self._tell.lose()
 
     def _move(self, tip: Array, axis: Array, way: Way, line: int, feed: float | None = None) -> None:

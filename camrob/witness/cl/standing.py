@@ -109,12 +109,15 @@ class Standing:
         self.at.update(A=None, B=None, C=None)
         return True
 
-    def leave(self, axes: set[str]) -> None:
+    def leave(self, axes: set[str], words: Words | None = None) -> None:
         """These axes, or all where none is named, go to a position of the machine's own; X, Y and Z of a tilted plane are none of
-        the machine's.
+        the machine's. words: which positions; None: the reference points. Those of rotary axes are their zeros, where they stand
+        upright; whether they go there is only sure where they are named, or stood there.
         """
         every = set("XYZABC") if self.tilted else set("XYZ") | self.used
-        self.at.update(dict.fromkeys(axes or every))
+        for letter in axes or every:
+            upright = not float(words[letter]) if words and axes else bool(axes) or self.at[letter] == 0.0
+            self.at[letter] = 0.0 if letter in "ABC" and upright else None
         if self.tilted:
             self.forget()
             self._along = self._along and bool(axes) and not axes & set("ABC")

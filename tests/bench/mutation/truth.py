@@ -246,8 +246,12 @@ class _Judge(Whereabouts):
         before, self.u = self.u, goal
         came = self.linking
         self.linking = False
-        wanted = self.story.spans[max(int(np.ceil(goal)), 0)].tool
-        if wanted and move.tool != wanted:
+        at, spans = max(int(np.ceil(goal)), 0), self.story.spans
+        wanted = spans[at].tool
+        next_tool = (
+            came and goal == before and spans[at].feed is None and move.tool == spans[min(at + 1, len(spans) - 1)].tool
+        )
+        if wanted and move.tool != wanted and not next_tool:  # which may come to where the last one was left in the air
             self.fault("$TOOL", f"that of tool {move.tool} for tool {wanted} at {move.at.place}")
         if move.ptp and not came:
             self._in_air(move)

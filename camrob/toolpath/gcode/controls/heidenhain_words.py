@@ -61,14 +61,14 @@ def motion_words(text: str) -> tuple[dict[str, str], list[int]]:
             raise ToolpathError(f"{text[at : at + 16]!r} is not a word of a motion", hint="check the block")
         at = match.end()
         name, value = match[1], match[2] or ""
+        if name in ("R", "F", "M") and not value:
+            continue  # left empty: compensation and feed stay as they are, and there is no function
         if name == "M" and not value.isdigit():
             raise ToolpathError(f"M{value} is not an M function", hint="check the block")
         if name == "M":
             codes.append(int(value))
             if value == "140":
                 raise ToolpathError("M140 in a motion", hint="give it a block of its own")
-        elif name == "R" and not value:
-            continue  # the compensation stays as it is
         elif name in words:
             raise ToolpathError(f"the word {name} appears twice in one block", hint="split the block")
         else:

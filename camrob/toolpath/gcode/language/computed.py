@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.language.formulas import NOTHING, Reader
-from camrob.toolpath.gcode.lexer import Block, Word, assemble
+from camrob.toolpath.gcode.lexer import POLAR_WORDS, Block, Word, assemble
 
 __all__ = ["computed_block", "words_of"]
 
@@ -18,6 +18,8 @@ def words_of(reader: Reader, *, stops: str = "") -> list[Word]:
     while reader.rest and reader.rest[0] not in stops:
         letter = reader.rest[0]
         if not ("A" <= letter <= "Z"):
+            if letter in "@^":
+                raise ToolpathError(POLAR_WORDS, hint="write the points out in X and Y")
             raise ToolpathError(f"{reader.rest[:16]!r} is not a G-code word", hint="every word is a letter and a value")
         reader.at += 1
         before = reader.at

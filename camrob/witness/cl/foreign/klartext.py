@@ -199,10 +199,10 @@ class KlartextReader(ForeignReader):
             at = token.end()
             if token["sense"]:
                 words["DR"] = token["sense"]
-            elif token["name"] == "R" and token["value"] is None:
-                continue  # as compensated as before
+            elif token["name"] in ("R", "F", "M") and token["value"] is None:
+                continue  # left empty: as compensated and as fast as before, and no function
             elif token["name"] == "M":
-                codes.append(f"{float(token['value'] or 'nan'):g}")
+                codes.append(f"{float(token['value']):g}")
             elif token["name"] in words or (token["value"] is None and token["name"] not in ("FMAX", "R0", "RL", "RR")):
                 raise UnreadError(f"{token['name']} twice, or without a number")
             else:
