@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from camrob.calibration.calibration import Calibration, ErrorSize, Held, robot_digest
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.fit import Fit, fit_parameters
+from camrob.calibration.folds import left_in_folds
 from camrob.calibration.identify import Identifiability
 from camrob.calibration.measurements import Measurements, sampled_rows, withheld_rows
 from camrob.calibration.parameters import ParameterSet
@@ -41,6 +42,8 @@ _SAMPLE = 2000  # rows that suffice for a first look
 _MOST_POSITION, _MOST_ANGLE = 0.03, 0.06  # m and rad an axis: no robot that works is so far off
 _MOST_SHIFT, _MOST_TURN = 0.2, 0.3  # m and rad: what base and tool are off by more is no error but another frame
 _EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to leave so much
+_CLEARER = (0.1, 0.03, 0.01)  # .. or, where more parameters say more of poses left out, so little
+_BETTER = 0.9  # of what fewer parameters leave there, at the most: chance makes a few percent
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,23 +133,49 @@ def _fitted_as_far_as_seen(
         if names is not None:
             _refuse(cell, seen, names, prepared[0].data)
         _enough(prepared, seen.kept)
-        kept = tuple(part.with_names(seen.kept) for part in prepared)
-        pairs = [(part.model, part.data) for part in kept]
-        fit = fit_parameters(pairs, ParameterSet.of(named_parameter(cell, n) for n in seen.kept))
+        kept, fit = _fitted(cell, prepared, seen.kept)
         hoped_p, hoped_a = (max(n[k] for n in noise) for k in (0, 1))
-        if names is not None or (fit.scatter_position <= 1.2 * hoped_p and fit.scatter_angle <= 1.2 * hoped_a):
+        if names is not None:
+            return kept, fit, seen
+        if fit.scatter_position <= 1.2 * hoped_p and fit.scatter_angle <= 1.2 * hoped_a:
             break
         # more remains than was hoped: what is weak in it goes
         noise = [(fit.scatter_position, fit.scatter_angle)] * len(prepared)
-    return kept, fit, seen
+    found = kept, fit, seen
+    best = left_in_folds(kept, cell, seen.kept)
+    for part in _CLEARER:
+        # what remains may be the lack of what was taken to be weak, as much as noise
+        clear = [(part * f.scatter_position, part * f.scatter_angle) for f in firsts]
+        wider = _identifiability(prepared, scales, clear, cell)
+        if wider.kept == found[2].kept or not _many_enough(prepared, wider.kept):
+            continue
+        try:
+            left = left_in_folds(prepared, cell, wider.kept)
+            if left < _BETTER * best:
+                found, best = (*_fitted(cell, prepared, wider.kept), wider), left
+        except (JobError, SingularError):
+            continue  # so many can't be fitted to these poses
+    return found
+
+
+def _fitted(cell: Cell, prepared: Sequence[Prepared], names: Sequence[str]) -> tuple[tuple[Prepared, ...], Fit]:
+    """The sets with some of their parameters, and the fit of these."""
+    kept = tuple(part.with_names(names) for part in prepared)
+    pairs = [(part.model, part.data) for part in kept]
+    return kept, fit_parameters(pairs, ParameterSet.of(named_parameter(cell, n) for n in names))
+
+
+def _many_enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> bool:
+    """Whether there are twice as many equations as parameters."""
+    return sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared) >= 2 * len(names)
 
 
 def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
     """Raise LogError where the poses are too few for the parameters."""
-    rows = sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
-    if rows >= 2 * len(names):
+    if _many_enough(prepared, names):
         return
     poses = sum(len(part.data) for part in prepared)
+    rows = sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
     hint = f"{len(names)} parameters need at least {-(-2 * len(names) * poses // rows)}"
     raise LogError(f"holds {poses} poses to fit", hint=hint, path=prepared[0].data.name)
 

@@ -1,0 +1,55 @@
+"""Few poses of an arm that is off by much: what is weak beside the errors of base and tool is what is lacking there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from calibration_sample import ROOT, axis_values, measure
+
+from camrob.calibration import calibrate
+from camrob.calibration.calibrate import fit_cell
+from camrob.calibration.folds import left_in_folds
+from camrob.calibration.measurements import Measurements
+from camrob.calibration.sets import FRAMES, prepare_sets
+from camrob.cell.read_cell import read_cell
+from camrob.se3 import frame_from_xyzabc
+
+CELL = read_cell(ROOT / "tests" / "data" / "ur10")
+SEEN = {"left": frame_from_xyzabc([2.0, -3.0, 0.4, 2.5, 0.3, -1.0])}
+SEEN |= {"right": frame_from_xyzabc([0.05, 0.1, -0.08, 1.0, 0.5, 2.0])}
+OFF = {f"A{k}.zero": v for k, v in zip((2, 3, 4, 5), (2e-3, -4e-3, 2e-2, -8e-3), strict=True)}  # rad
+OFF |= {"A3.x": 2e-3, "A4.y": -1.5e-3, "A5.x": 1e-3, "A6.x": 2e-3, "A3.rx": 1e-3, "A5.ry": -2e-3, "A6.rx": 2e-3}
+
+
+def far_off(count: int) -> Measurements:
+    """Positions alone, seen from an unknown stand, of an arm whose wrist is off by a degree."""
+    data = measure(CELL, OFF, axis_values(CELL, count, seed=3), seed=4, sigma=5e-5, **SEEN)
+    return replace(data.without_orientation(), frame_known=False, target_known=False, name="far.csv")
+
+
+def test_as_many_parameters_are_fitted_as_say_more_of_poses_left_out(monkeypatch) -> None:
+    data = far_off(50)
+    found = fit_cell(CELL, data).calibration
+    monkeypatch.setattr(calibrate, "_CLEARER", ())
+    few = fit_cell(CELL, data).calibration
+    many, less = (c.errors["calibrated/withheld"].mean for c in (found, few))
+    assert len(found.parameters) > len(few.parameters)
+    assert less > 8e-4 and many < 1.5e-4  # m; the noise is 0.09 mm in three directions
+
+
+def test_folds_leave_a_posture_out_whole_and_gross_rows_do_not_choose() -> None:
+    names = (*FRAMES[:3], "tool.x", "tool.y", "tool.z", "A2.zero", "A3.zero", "A4.zero", "A5.zero")
+    data = far_off(40)
+    twice = data.select(np.repeat(np.arange(40), 2))
+    assert left_in_folds(prepare_sets(CELL, [data], names), CELL, names) == pytest.approx(
+        left_in_folds(prepare_sets(CELL, [twice], names), CELL, names), rel=0.25
+    )
+    gross = np.array(data.frames)
+    gross[7, 0, 3] += 0.05
+    moved = prepare_sets(CELL, [replace(data, frames=gross)], names)
+    whole = left_in_folds(prepare_sets(CELL, [data], names), CELL, names)
+    assert left_in_folds(moved, CELL, names) < 2.0 * whole
+    path = prepare_sets(CELL, [replace(data, single=False)], names)
+    assert left_in_folds(path, CELL, names) == pytest.approx(whole, rel=0.5)
