@@ -16,6 +16,8 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_root
+from camrob.kinematics.screw_arm import solve_screws_many
+from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm_many
 from camrob.product_grid import product_grid
 
 __all__ = ["Miss", "beyond_span", "nearest_miss"]
@@ -23,8 +25,12 @@ __all__ = ["Miss", "beyond_span", "nearest_miss"]
 Array = NDArray[np.float64]
 
 _TURN, _SPAN = 12, 9  # values of an endless axis, and of one with limits, that a scan goes through
-_FROM = 4  # of its nodes, the nearest, from which a compass search goes on
+_FROM = 8  # of its nodes, the nearest, from which a compass search goes on
 _LAST = 1e-4  # rad and m, its last step
+_ASKEW = (
+    5  # axes at most that a search also moves together: what is passed has edges, along which no axis alone leads on
+)
+_NODES, _TOGETHER = 20_000, 4_096  # of a scan at most, and of them at once: some 10 MB
 _BOXES = 2000  # of external axes at most, in which the least distance is looked for: half a second
 _FINE = 0.01  # m within which it is found
 
@@ -54,31 +60,42 @@ def nearest_miss(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> Miss:
     """What an even scan over external axes, roll and branches meets at a pose, and a search from its nearest nodes on."""
     free = [i for i, joint in enumerate(cell.joints) if joint.role is not Role.ARM]
     names = tuple(cell.joints[i].name for i in free)
-    grid = product_grid([_values(cell.joints[i]) for i in free])
+    values = _scanned([_values(cell.joints[i]) for i in free])
+    grid = product_grid(values)
     tally: dict[str, int] = {}
-    excess = np.empty(len(grid))
 
-    def past(u: Array, count: bool = False) -> tuple[float, Array | None]:
-        q = near.copy()
-        q[free] = u
-        foot_T_tool = arm.foot_T_tool(base_T_tip, q)  # frames: tip is tool
-        return _excess(arm, foot_T_tool, q, cell.arm_slice, tally if count else None)
+    def past(u: Array, count: bool = False) -> tuple[Array, Array]:
+        q = np.tile(near, (len(u), 1))
+        q[:, free] = u
+        return _excess(arm, base_T_tip, q, cell.arm_slice, tally if count else None)
 
-    for k, u in enumerate(grid):
-        excess[k] = past(u, count=True)[0]
+    parts = [past(grid[k : k + _TOGETHER], count=True)[0] for k in range(0, len(grid), _TOGETHER)]
+    excess = np.concatenate(parts)
     order = np.argsort(excess, kind="stable")[:_FROM]
-    found = [grid[order[0]]]
+    u = grid[order[:1]]
     if (
         0.0 < excess[order[0]] < np.inf and not arm.searched
     ):  # where each posture is a search, the scan alone takes minutes
-        found = [_searched(cell, free, past, grid[k], excess[k]) for k in order if excess[k] < np.inf]
-    least, best = min((past(u) for u in found), key=lambda v: v[0])
-    if best is None:
+        some = order[np.isfinite(excess[order])]
+        steps = np.array([(v[1] - v[0]) / 2.0 for v in values])
+        u = _searched(past, grid[some], excess[some], steps, cell.q_lower[free], cell.q_upper[free])
+    least, posture = past(u)
+    k = int(np.argmin(least))
+    if not np.isfinite(least[k]):
         return Miss(tally, len(grid), names, {}, None)
-    if least <= 0.0 and not tally.get("in reach"):
+    if least[k] <= 0.0 and not tally.get("in reach"):
         tally["in reach"] = 1
+    best = posture[k]
     over = dict(zip(cell.names[cell.arm_slice], _past_limits(arm, best[cell.arm_slice]).tolist(), strict=True))
     return Miss(tally, len(grid), names, {name: v for name, v in over.items() if v > 0.0}, best)
+
+
+def _scanned(values: list[Array]) -> list[Array]:
+    """The values with every second one of the longest left out until the scan has no more than _NODES."""
+    while np.prod([len(v) for v in values]) > _NODES:
+        k = int(np.argmax([len(v) for v in values]))
+        values[k] = values[k][::2]
+    return values
 
 
 def _values(joint: Joint) -> Array:
@@ -89,51 +106,82 @@ def _values(joint: Joint) -> Array:
     return np.linspace(low, high, _SPAN)
 
 
-def _excess(
-    arm: Arm, foot_T_tool: Array, q: Array, part: slice, tally: dict[str, int] | None
-) -> tuple[float, Array | None]:
-    """By how much, rad, all joints together, the branch that passes the limits least passes them, and its posture.
+def _excess(arm: Arm, base_T_tip: Array, q: Array, part: slice, tally: dict[str, int] | None) -> tuple[Array, Array]:
+    """By how much (M,), rad, all joints together, the branch that passes the limits least passes them, and its posture (M, n).
 
-    Infinite, and None, where there is no branch; tally <- what all of them meet.
+    q (M, n): the values of the joints that are not the arm's, and angles that turns are to be near to. Infinite, and q itself,
+    where there is no branch; tally <- what all of them meet.
     """
-    least, posture = np.inf, None
-    solutions = arm.turned(foot_T_tool, q[part])
+    Q, met = _postures(arm, arm.foot_T_tool(base_T_tip, q), q[:, part])  # frames: tip is tool
+    passed = np.maximum(arm.lower - Q, Q - arm.upper) > 1e-9
     if tally is not None:
-        for met in [arm.passed(own) or "in reach" for own in solutions] or ["out of reach"] * arm.together:
-            tally[met] = tally.get(met, 0) + 1
-    for own in solutions:
-        over = float(_past_limits(arm, own).sum())
-        if over < least:
-            least, posture = over, q.copy()
-            posture[part] = own
+        beyond = np.where(passed.any(axis=2), passed.argmax(axis=2), 6)
+        for name, count in zip(
+            [*(f"at A{i + 1}'s limit" for i in range(6)), "in reach"],
+            np.bincount(beyond[met], minlength=7),
+            strict=True,
+        ):
+            tally[name] = tally.get(name, 0) + int(count)
+        tally["out of reach"] = tally.get("out of reach", 0) + arm.together * int(np.sum(~met.any(axis=1)))
+        for name in [name for name, count in tally.items() if not count]:
+            del tally[name]
+    over = np.where(met, _past_limits(arm, Q).sum(axis=2), np.inf)
+    best = over.argmin(axis=1)
+    each = np.arange(len(q))
+    posture, least = q.copy(), over[each, best]
+    found = np.isfinite(least)
+    posture[found, part] = Q[each, best][found]
     return least, posture
 
 
+def _postures(arm: Arm, foot_T_tool: Array, near: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Postures (M, B, 6) of poses (M, 4, 4) and which there are (M, B): `Arm.turned` of many poses at once."""
+    if arm.searched:
+        each = [arm.turned(pose, own) for pose, own in zip(foot_T_tool, near, strict=True)]
+        Q = np.zeros((len(each), max(1, *map(len, each)), 6))
+        for own, solutions in zip(Q, each, strict=True):
+            own[: len(solutions)] = solutions
+        return Q, np.arange(Q.shape[1]) < np.array([len(solutions) for solutions in each])[:, None]
+    poses, starts = np.array(foot_T_tool, float, order="C"), np.array(near, float, order="C")
+    if arm.closed is not None:
+        Q, why = solve_arm_many(arm.closed, poses, starts)
+    else:
+        Q, why = solve_screws_many(arm.screws, poses, starts)
+    turn = 2.0 * np.pi  # as many as bring an angle into its range, and none that would bring it past the range
+    Q += turn * np.maximum(np.minimum(np.ceil((arm.lower - Q) / turn), np.floor((arm.upper - Q) / turn)), 0.0)
+    Q -= turn * np.maximum(np.minimum(np.ceil((Q - arm.upper) / turn), np.floor((Q - arm.lower) / turn)), 0.0)
+    return Q, why == BRANCH_OK
+
+
 def _past_limits(arm: Arm, q: Array) -> Array:
-    """rad, by joint (6,)."""
+    """rad, by joint (..., 6)."""
     over = np.maximum(arm.lower - q, q - arm.upper)
     return np.asarray(np.where(over > 1e-9, over, 0.0))
 
 
 def _searched(
-    cell: Cell, free: list[int], past: Callable[[Array], tuple[float, Array | None]], start: Array, value: float
+    past: Callable[[Array], tuple[Array, Array]], u: Array, value: Array, steps: Array, lower: Array, upper: Array
 ) -> Array:
-    """Values of the free axes from `start` on, by a compass search, in which the limits are passed less."""
-    lower, upper = cell.q_lower[free], cell.q_upper[free]
-    u, best = start.copy(), value
-    steps = np.array([(v[1] - v[0]) / 2.0 for v in (_values(cell.joints[i]) for i in free)])
-    while best > 0.0 and len(free) and steps.max() > _LAST:
-        moved = False
-        for i in range(len(u)):
-            for sign in (1.0, -1.0):
-                trial = u.copy()
-                trial[i] = np.clip(trial[i] + sign * steps[i], lower[i], upper[i])
-                there = past(trial)[0]
-                if there < best:
-                    u, best, moved = trial, there, True
-                    break
-        if not moved:
-            steps = 0.5 * steps
+    """Values (S, F) of the free axes in which limits are passed less, from u (S, F) on, by compass searches side by side.
+
+    One that is within the limits ends them all. steps (F,): the first.
+    """
+    u, before, best, share = u.copy(), u.copy(), value.copy(), np.ones(len(u))
+    if len(steps) <= _ASKEW:
+        ways = steps * product_grid([np.array([-1.0, 1.0, 0.0])] * len(steps))
+    else:
+        ways = np.vstack([np.diag(steps), -np.diag(steps), np.zeros(len(steps))])
+    each = np.arange(len(u))
+    while best.min() > 0.0 and share.max() * steps.max(initial=0.0) > _LAST:
+        trial = u[:, None] + share[:, None, None] * ways
+        trial[:, -1] += u - before  # on as it went
+        trial = np.clip(trial, lower, upper)
+        there = past(trial.reshape(-1, u.shape[1]))[0].reshape(len(u), -1)
+        way = there.argmin(axis=1)
+        better = there[each, way] < best
+        before = u.copy()
+        u[better], best[better] = trial[each, way][better], there[each, way][better]
+        share[~better] *= 0.5
     return u
 
 

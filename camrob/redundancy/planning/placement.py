@@ -14,6 +14,7 @@ from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.certificate import certify, external_grid, representatives, scan
 from camrob.redundancy.planning.freedoms import PlanSpace, plan_space
+from camrob.redundancy.planning.sought import between_nodes
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.se3 import inverse
 
@@ -84,7 +85,7 @@ def place_part(
     value = np.empty((len(placed), len(chosen)))
     for start in range(0, len(placed), _CHUNK):
         some = placed[start : start + _CHUNK]
-        value[start : start + _CHUNK] = _bounds(space, np.einsum("aij,bjk->abik", some, part_T_tip))
+        value[start : start + _CHUNK] = _bounds(cell, space, np.einsum("aij,bjk->abik", some, part_T_tip))
         if progress is not None:
             progress((start + len(some)) / len(placed))
     reached = np.all(value > 0.0, axis=1)
@@ -97,9 +98,11 @@ def place_part(
     return Placements(placed, mean, worst, int(np.argmax(mean + worst)), 0)
 
 
-def _bounds(space: PlanSpace, base_T_tip: Array) -> Array:
+def _bounds(cell: Cell, space: PlanSpace, base_T_tip: Array) -> Array:
     """The best 1/k_F (P, A) at poses (P, A, 4, 4) of placements: by the certificate, or over the branches where the cell has no
     spare freedom. Of a placement that has a pose out of reach not all are looked for.
+
+    A pose that no scan reaches is sought between its nodes, as a plan would.
     """
     P, A = base_T_tip.shape[:2]
     poses = locked(base_T_tip.reshape(P * A, 4, 4))
@@ -110,6 +113,8 @@ def _bounds(space: PlanSpace, base_T_tip: Array) -> Array:
     for placement in np.arange(P * A).reshape(P, A):
         for k in placement[value[placement] <= 0.0]:  # what another placement out of reach kept from being looked for
             value[k] = certify(space, poses[k : k + 1]).inv_kf[0]
+            own = between_nodes(cell, space, poses[k]) if value[k] <= 0.0 else None
+            value[k] = value[k] if own is None else own.inv_kf[0]
             if value[k] <= 0.0:
                 break
     return np.asarray(value.reshape(P, A))

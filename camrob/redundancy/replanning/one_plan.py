@@ -20,7 +20,7 @@ from camrob.redundancy.clock import Clock
 from camrob.redundancy.following.failure import explain_unreached
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanBasis, PlanReport
-from camrob.redundancy.planning.certificate import Certificate, Survey, certify, survey_poses
+from camrob.redundancy.planning.certificate import Certificate, Survey, survey_poses
 from camrob.redundancy.planning.choice import Choice, CurvePoint, Knee, chosen_point, plan_terms
 from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Draft, coarse_index
 from camrob.redundancy.planning.curve import SEARCH_FLOWING, STILL, Landscape, landscape, plan_curve
@@ -29,6 +29,7 @@ from camrob.redundancy.planning.for_accuracy import pushed, weighed
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
 from camrob.redundancy.planning.scan_batched import Score
+from camrob.redundancy.planning.sought import sought
 from camrob.redundancy.planning.waypoints import Waypoints, waypoints
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
@@ -145,7 +146,7 @@ def _ground(task: Task, path: ToolPathInBase, weights: PlanWeights, report_share
     w = waypoints(path, SPACING)
     survey = survey_poses(task.space, w.base_T_tip, task.score)
     report_share(0.1)
-    certificate = certify(task.space, w.base_T_tip, survey, task.score)
+    survey, certificate = sought(task.cell, task.space, w.base_T_tip, survey, task.score)
     report_share(0.25)
     if certificate.unreached >= 0:
         raise _unreached(task.cell, path, w, certificate.unreached)
