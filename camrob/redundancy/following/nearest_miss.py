@@ -140,7 +140,7 @@ def _postures(arm: Arm, foot_T_tool: Array, near: Array) -> tuple[Array, NDArray
         each = [arm.turned(pose, own) for pose, own in zip(foot_T_tool, near, strict=True)]
         Q = np.zeros((len(each), max(1, *map(len, each)), 6))
         for own, solutions in zip(Q, each, strict=True):
-            own[: len(solutions)] = solutions
+            own[: len(solutions)] = np.reshape(solutions, (-1, 6))  # there may be none
         return Q, np.arange(Q.shape[1]) < np.array([len(solutions) for solutions in each])[:, None]
     poses, starts = np.array(foot_T_tool, float, order="C"), np.array(near, float, order="C")
     if arm.closed is not None:

@@ -10,6 +10,7 @@ import pytest
 from follower_twins import CELL
 
 from camrob.cell.cell import Cell
+from camrob.cell.joint import dh_after, dh_before
 from camrob.cell.read_cell import read_cell
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_root, base_T_tool
@@ -113,3 +114,25 @@ def test_a_refusal_says_whether_it_is_proved() -> None:
     upward = lifted(0.1)
     upward[1, 1] = upward[2, 2] = -1.0
     assert "passes the limits of A2 by" in explain_unreached(CELL, arm, dot(upward), 0, upward).what
+
+
+def offset_wrist() -> Cell:
+    """The bare arm with its fifth axis 120 mm off the fourth and the sixth off both: no closed form, each posture a search."""
+    joints = list(BARE.joints)
+    for i, (a, alpha, d) in zip((3, 4), ((0.08, 0.7, 0.3), (0.05, -1.2, 0.12)), strict=True):
+        joints[i] = replace(joints[i], after=dh_after(a=a, alpha=alpha), before=dh_before(theta=0.0, d=d))
+    return replace(BARE, joints=tuple(joints), shapes=(), masses=())
+
+
+def test_an_arm_without_closed_form_is_refused_by_what_was_searched() -> None:
+    cell = offset_wrist()
+    arm, frame = Arm.of(cell), base_T_tool(cell, np.array(cell.q_home))
+    assert arm.searched and nearest_miss(cell, arm, frame, cell.q_home).reached
+    far = frame.copy()
+    far[:3, 3] *= 3.0
+    miss = nearest_miss(cell, arm, far, cell.q_home)
+    assert miss.tally == {"out of reach": 1} and miss.q is None
+    assert "proved: " in explain_unreached(cell, arm, dot(far), 0, far).what
+    folded = frame.copy()
+    folded[:3, 3] *= 0.05  # within the arm's foot
+    assert "searched from 96 starts, which is not a proof" in explain_unreached(cell, arm, dot(folded), 0, folded).what
