@@ -193,7 +193,7 @@ def _believable(cell: Cell, frames: Fit, data: Measurements) -> None:
         raise LogError(f"holds poses of another frame or target than {seen} and the tool", hint=hint, path=data.name)
     place, turn = m_to_mm(frames.scatter_position), rad_to_deg(frames.scatter_angle)
     what = f"{data.name or 'the poses'} can't be this cell's: with base and tool fitted, {place:.1f} mm"
-    hint = "check the cell, the axes' signs, the units and measured_frame"
+    hint = "check the cell, the axes' signs, the units and measured_frame; camrob diagnose tries what is often mixed up"
     raise JobError(f"{what} and {turn:.2f} degrees an axis remain; {hint}")
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from camrob.errors import LogError
 from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_min_to_m_s, mm_to_m, rad_to_deg
 
-__all__ = ["LogInfo", "MeasuredFrame", "Target", "info_text", "read_info"]
+__all__ = ["LogInfo", "MeasuredFrame", "Target", "info_text", "load_toml", "read_info", "wrong_key"]
 
 
 class MeasuredFrame(StrEnum):
@@ -82,7 +82,7 @@ def read_info(path: Path) -> LogInfo:
 
     Raises LogError naming file, line, key, and hint.
     """
-    data = _load(path)
+    data = load_toml(path)
     values: dict[str, Any] = {}
     for key, value in data.items():
         if key in _CHOICES:
@@ -91,18 +91,19 @@ def read_info(path: Path) -> LogInfo:
             values[_NUMBERS[key][0]] = _NUMBERS[key][1](_number(path, key, value))
         elif key in _TEXTS:
             if not isinstance(value, str) or not all(c.isprintable() or c in "\n\t" for c in value):
-                raise _wrong(path, key, "is not a text", "give a text in quotes")
+                raise wrong_key(path, key, "is not a text", "give a text in quotes")
             values[key] = " ".join(value.split())
         elif key == "poses":
             if not isinstance(value, bool):
-                raise _wrong(path, key, "is neither true nor false", "write true or false")
+                raise wrong_key(path, key, "is neither true nor false", "write true or false")
             values[key] = value
         elif near := difflib.get_close_matches(key.lower(), _KEYS, n=1, cutoff=0.8):
-            raise _wrong(path, key[:40], "is not a key of a log", f"is {near[0]} meant?")
+            raise wrong_key(path, key[:40], "is not a key of a log", f"is {near[0]} meant?")
     return LogInfo(**values)
 
 
-def _load(path: Path) -> dict[str, Any]:
+def load_toml(path: Path) -> dict[str, Any]:
+    """What a LOG.toml holds. Raises LogError."""
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as e:
@@ -116,7 +117,7 @@ def _load(path: Path) -> dict[str, Any]:
         raise LogError(f"is not valid TOML: {what[:200]}", hint="correct that place", path=path, line=line) from None
 
 
-def _wrong(path: Path, key: str, what: str, hint: str) -> LogError:
+def wrong_key(path: Path, key: str, what: str, hint: str) -> LogError:
     """What is wrong with a key, by the line that it stands on where one begins with it."""
     rows = path.read_text("utf-8-sig").splitlines()
     lines = [k for k, row in enumerate(rows, 1) if row.lstrip(" \t'\"").startswith(key)]
@@ -126,14 +127,14 @@ def _wrong(path: Path, key: str, what: str, hint: str) -> LogError:
 def _choice(path: Path, key: str, value: Any) -> StrEnum:
     choices = _CHOICES[key]
     if value not in list(choices):
-        raise _wrong(path, key, f"is {str(value)[:40]!r}", f"use one of {', '.join(choices)}")
+        raise wrong_key(path, key, f"is {str(value)[:40]!r}", f"use one of {', '.join(choices)}")
     return choices(value)
 
 
 def _number(path: Path, key: str, value: Any) -> float:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     if not plain or not 0.0 <= value <= 1e9:
-        raise _wrong(path, key, f"is {str(value)[:40]}", "give a number that is not negative")
+        raise wrong_key(path, key, f"is {str(value)[:40]}", "give a number that is not negative")
     return float(value)
 
 

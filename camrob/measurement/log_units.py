@@ -36,18 +36,19 @@ _GROSS_DEG = 30.0  # of travel of A1 to A3, with which no tool stays within ...
 _METRES = 10.0  # ... mm
 
 
-def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> None:
+def check_plausible(columns: Mapping[str, Array], path: Path, lines: NDArray[np.int64]) -> None:
     """Raise LogError, with the line, where a value, or all of them together, can't be in mm and degrees.
 
     Together: the tool can't travel farther than the axes carry it (angles in radians), nor stay within a few
-    millimetres of the origin while A1 to A3 turn a good deal (positions in metres). `first`: the line of the first row.
+    millimetres of the origin while A1 to A3 turn a good deal (positions in metres), unless it stays at one place, as a ball in
+    a socket does. lines: (N,) where the rows stand.
     """
     for name, largest in _LARGEST.items():
         if name in columns:
             beyond = np.abs(columns[name]) > largest
             if beyond.any():
                 row = int(np.argmax(beyond))
-                raise LogError(f"{name} is {columns[name][row]:g}", hint=_HINT, path=path, line=row + first)
+                raise LogError(f"{name} is {columns[name][row]:g}", hint=_HINT, path=path, line=int(lines[row]))
     if "x" not in columns:
         return
     prefix = "" if "A1" in columns or "E1" in columns else "c"
@@ -59,11 +60,11 @@ def check_plausible(columns: Mapping[str, Array], path: Path, first: int) -> Non
     carried += sum(max(travel[n], float(deg_to_rad(travel[n])) * _REACH_MM) for n in travel if n in EXTERNAL)
     if extent > 1.5 * carried + 20.0:
         what = f"the tool travels {extent:.0f} mm while the axes move only {max(travel.values()):.3g} degrees"
-        raise LogError(what, hint="are the angles in radians? give degrees", path=path, line=first)
+        raise LogError(what, hint="are the angles in radians? give degrees", path=path, line=int(lines[0]))
     farthest = max(float(np.max(np.abs(columns[n][seen]), initial=0.0)) for n in POSITION)
-    if seen.any() and farthest < _METRES and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG:
+    if seen.any() and farthest < _METRES and extent > 0.0 and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG:
         what = f"the tool stays within {farthest:.3g} mm of the origin while the arm moves"
-        raise LogError(what, hint="are the positions in metres? give mm", path=path, line=first)
+        raise LogError(what, hint="are the positions in metres? give mm", path=path, line=int(lines[0]))
 
 
 def _extent(values: Array) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import LogError
 from camrob.measurement.csv_numbers import BAD_COUNT, BAD_NUMBER, BLANK_LINE, parse_table
+from camrob.measurement.foreign_table import read_foreign
 from camrob.measurement.log import (
     AXES,
     COLUMNS,
@@ -26,6 +27,7 @@ from camrob.measurement.log import (
 )
 from camrob.measurement.log_info import LogInfo, read_info
 from camrob.measurement.log_units import check_plausible
+from camrob.measurement.table_facts import read_table_facts
 
 __all__ = ["read_log"]
 
@@ -38,6 +40,7 @@ _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT
 _ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
 _COMMAS = 1.5  # times the cells of the header: then commas are decimals' too
 _TIMES = ("time", "timestamp", "seconds", "zeit")
+_EPOCH = 1e8  # s: no run lasts three years, so that the clock counts from 1970 or so: from the first row then
 _SLOW_CELLS = 20_000_000  # entries: 640 MB of places
 
 
@@ -61,18 +64,42 @@ def read_log(path: str | Path) -> MeasurementLog:
         (True, True)
     """
     path = Path(path)
-    names, table = _read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
-    first = 1 if path.suffix.lower() == ".parquet" else 2
-    columns = {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
-    _check_time(columns["t"], path, first)
-    check_plausible(columns, path, first)
-    beside = path.with_suffix(".toml")
+    parquet, beside = path.suffix.lower() == ".parquet", path.with_suffix(".toml")
     info = read_info(beside) if beside.is_file() else LogInfo()
-    return MeasurementLog(columns, info, path, np.arange(first, first + len(table)))
+    facts = read_table_facts(beside) if beside.is_file() else None
+    first = 1 if parquet else 2
+    if facts is not None and not parquet:
+        names, table, lines = read_foreign(path, facts)
+        _check_names(names, path, timed=not info.poses)
+    else:
+        names, table = (_read_parquet if parquet else _read_csv)(path, timed=not info.poses)
+        lines = np.arange(first, first + len(table))
+    columns = {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
+    if "t" not in columns:
+        columns = {"t": np.arange(len(table), dtype=float), **columns}
+    elif facts is not None:
+        again = _same_again(columns)
+        columns, lines = {n: v[~again] for n, v in columns.items()}, lines[~again]
+    _check_time(columns["t"], path, lines)
+    if columns["t"][0] > _EPOCH:
+        columns["t"] = columns["t"] - columns["t"][0]
+    check_plausible(columns, path, lines)
+    return MeasurementLog(columns, info, path, lines)
 
 
-def _check_names(names: Sequence[str], path: Path) -> None:
-    """The header is the format's: known names, once each, groups whole."""
+def _same_again(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """(N,) True for rows that say once more, at the same time, what the row before says: some recorders write twice."""
+    again = np.zeros(len(columns["t"]), bool)
+    if not (np.diff(columns["t"]) == 0.0).any():
+        return again
+    again[1:] = True
+    for values in columns.values():
+        again[1:] &= (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    return again
+
+
+def _check_names(names: Sequence[str], path: Path, *, timed: bool = True) -> None:
+    """The header is the format's: known names, once each, groups whole. timed: it has to have a time."""
     known = {name.lower(): name for name in COLUMNS}
     for name in names:
         if name in COLUMNS:
@@ -96,8 +123,9 @@ def _check_names(names: Sequence[str], path: Path) -> None:
     for name in names:
         if names.count(name) > 1:
             raise LogError(f"has the column {name} twice", hint="leave one", path=path, line=1)
-    if "t" not in names:
-        raise LogError("has no column t", hint="give the time in seconds", path=path, line=1)
+    if timed and "t" not in names:
+        hint = "give the time in seconds; single poses need none where its .toml says poses = true"
+        raise LogError("has no column t", hint=hint, path=path, line=1)
     for group in _TOGETHER:
         missing = [n for n in group if n not in names]
         if missing and len(missing) < len(group):
@@ -126,7 +154,7 @@ def _check_axes(names: Sequence[str], path: Path) -> None:
             raise LogError(f"has a column c{name} but no column {name}", hint=hint, path=path, line=1)
 
 
-def _read_csv(path: Path) -> tuple[list[str], Array]:
+def _read_csv(path: Path, *, timed: bool) -> tuple[list[str], Array]:
     """Names and values (N, k) of a CSV file."""
     try:
         raw = path.read_bytes()
@@ -143,10 +171,10 @@ def _read_csv(path: Path) -> tuple[list[str], Array]:
         raise LogError("is empty", hint="give a header row and samples", path=path, line=1)
     for other, word in ((";", "semicolons"), ("\t", "tabs")):
         if other in header and "," not in header:
-            hint = "separate columns by commas, decimals by a point"
+            hint = "separate columns by commas, decimals by a point, or say so in [table] of its .toml"
             raise LogError(f"separates columns by {word}", hint=hint, path=path, line=1)
     names = [name.strip().strip('"') for name in header.split(",")]
-    _check_names(names, path)
+    _check_names(names, path, timed=timed)
     text = np.frombuffer(raw, np.uint8)
     table = np.empty((int(np.count_nonzero(text[end:] == 10)) + 1, len(names)))
     slow = np.empty((min(table.size, _SLOW_CELLS), 4), np.int64)
@@ -179,7 +207,7 @@ def _slow_number(cell: bytes, name: str, path: Path, line: int) -> float:
     raise LogError(f"{name} is {shown}", hint=hint, path=path, line=line)
 
 
-def _read_parquet(path: Path) -> tuple[list[str], Array]:
+def _read_parquet(path: Path, *, timed: bool) -> tuple[list[str], Array]:
     """Names and values (N, k) of a Parquet file; a null is a cell that was not measured."""
     try:
         from pyarrow import parquet
@@ -192,7 +220,7 @@ def _read_parquet(path: Path) -> tuple[list[str], Array]:
     except Exception as e:  # pyarrow's errors share no root but Exception
         raise LogError(f"is not a Parquet file ({type(e).__name__})", hint="check the file", path=path) from None
     names = [str(n) for n in data.column_names]
-    _check_names(names, path)
+    _check_names(names, path, timed=timed)
     if data.num_rows == 0:
         raise LogError("holds no samples", hint="give rows", path=path)
     table = np.empty((data.num_rows, len(names)))
@@ -210,16 +238,14 @@ def _read_parquet(path: Path) -> tuple[list[str], Array]:
     return names, table
 
 
-def _check_time(t: Array, path: Path, first: int) -> None:
+def _check_time(t: Array, path: Path, lines: NDArray[np.int64]) -> None:
     """Every row has its time, and time advances."""
     if np.isnan(t).any():
-        raise LogError(
-            "t is empty", hint="give every row its time", path=path, line=int(np.argmax(np.isnan(t))) + first
-        )
+        raise LogError("t is empty", hint="give every row its time", path=path, line=int(lines[np.argmax(np.isnan(t))]))
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         row = int(back[0]) + 1
         what = f"t is {t[row]:g} after {t[row - 1]:g}"
         raise LogError(
-            what, hint="time has to advance from row to row: sort or split the log", path=path, line=row + first
+            what, hint="time has to advance from row to row: sort or split the log", path=path, line=int(lines[row])
         )

@@ -12,7 +12,7 @@ from camrob.gap.observation.mistaken import mistaken
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["check_believable", "lost_zero"]
+__all__ = ["check_believable", "check_reading", "lost_zero"]
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             what = f"its rows are {step:.3g} s apart"
             hint = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
             raise scene.log.error(what, hint=hint, at=int(np.argmax(np.diff(scene.t) > _SLOWEST)) + 1)
-        _check_reading(scene)
+        check_reading(scene)
         off = np.linalg.norm(scene.tcp_gap[:, :3], axis=1)
         size = float(np.median(off))
         turned = scene.seen[:, 3:].all(axis=1)
@@ -54,7 +54,9 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
         mixed_up = mistaken(scene)
         if mixed_up:
             at = int(np.argmax(off >= size))
-            raise scene.log.error(mixed_up, hint="correct the log, and diagnose it again", at=at)
+            raise scene.log.error(
+                mixed_up, hint="correct the log, or let [table] in its .toml say so, and diagnose it again", at=at
+            )
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
             hint = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
@@ -67,16 +69,24 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
     return lost
 
 
-def _check_reading(scene: Scene) -> None:
+def check_reading(scene: Scene) -> None:
     """Raises LogError for positions that stay the very same while the axes carry the tool on."""
     place = scene.measured[:, :3, 3]
     carried = np.linalg.norm(np.diff(scene.nominal[:, :3, 3], axis=0), axis=1) > _CARRIED
     stuck = np.flatnonzero((np.diff(place, axis=0) == 0.0).all(axis=1) & carried)
+    if scene.poses and _in_sockets(place):
+        return
     if scene.tracked and len(stuck) >= _STUCK:
         first = int(stuck[0]) + 1
         when = f"first at t = {scene.t[first]:g} s"
         what = f"x, y, z stay the same to the last digit in {len(stuck)} rows while the axes move ({when})"
         raise scene.log.error(what, hint="leave cells empty where the instrument saw nothing new", at=first)
+
+
+def _in_sockets(place: Array) -> bool:
+    """Whether every place (N, 3) was read again and again: a ball at the flange, put into a few sockets in many postures."""
+    counts = np.unique(place, axis=0, return_counts=True)[1]
+    return bool(counts.min() >= _STUCK)
 
 
 def lost_zero(scene: Scene) -> tuple[str, float] | None:

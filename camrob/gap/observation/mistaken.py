@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ def _corrected(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
 def _recounted(
     log: MeasurementLog, turning: Sequence[str], sliding: Sequence[str]
 ) -> Iterator[tuple[str, MeasurementLog]]:
-    """Mistakes in axis values, as `_mended`: units, an axis's sign or zero, two axes exchanged; set-points as encoders."""
+    """Mistakes in axis values, as `_corrected`: units, an axis's sign or zero, two axes exchanged or added up."""
     plain = {n: np.asarray(v) for n, v in log.columns.items() if n not in ("a", "b", "c")}
 
     def made(**changed: Array) -> MeasurementLog:
@@ -105,3 +105,7 @@ def _recounted(
             yield f"its {a} is counted from {zero:g} degrees off the cell's zero", made(**{a: v + zero})
     for a, b in combinations(value, 2):
         yield f"its {a} and {b} are exchanged", made(**{a: value[b], b: value[a]})
+    for a, b in pairwise(value):
+        for sign, word in ((1.0, "added"), (-1.0, "taken off")):
+            words = f"its {b} counts from the horizontal, not from the link before it (Fanuc's J3 does): {a} has to be {word}"
+            yield words, made(**{b: value[b] + sign * value[a]})

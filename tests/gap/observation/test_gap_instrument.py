@@ -15,7 +15,7 @@ from test_gap_pose_sets import postures, seen_from
 from camrob.errors import LogError
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
-from camrob.gap.observation.believable import check_believable
+from camrob.gap.observation.believable import check_believable, check_reading
 from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
@@ -61,6 +61,23 @@ def test_a_log_that_was_mixed_up_is_reported_what_it_is(how: str) -> None:
 def test_it_is_reported_in_a_frame_that_nobody_knows_too(how: str, words: str) -> None:
     with pytest.raises(LogError, match=words):
         check_believable([make_scene(mixed_up(seen_from(postures(80, 1)), how), ur10())])
+
+
+def test_an_axis_that_counts_from_the_horizontal_is_reported_with_what_to_add() -> None:
+    log = seen_from(postures(80, 1))
+    fanuc = MeasurementLog(dict(log.columns) | {"A3": log.columns["A3"] - log.columns["A2"]}, log.info, log.path)
+    with pytest.raises(LogError, match=r"its A3 counts from the horizontal.+A2 has to be added.+\[table\]"):
+        check_believable([make_scene(fanuc, ur10())])
+
+
+def test_a_ball_in_sockets_stays_where_it_is_and_an_instrument_that_hangs_does_not_pass() -> None:
+    """Few places, each read again and again by poses of their own, are no instrument that saw nothing new."""
+    log = seen_from(postures(80, 1))
+    held = dict(log.columns) | {n: np.where(np.arange(80) < 40, 0.0, 50.0 * (n == "x")) for n in "xyz"}
+    check_reading(make_scene(MeasurementLog(held, log.info, log.path), ur10()))
+    hung = dict(log.columns) | {n: np.where(np.arange(80) < 40, log.columns[n][0], log.columns[n]) for n in "xyz"}
+    with pytest.raises(LogError, match="stay the same to the last digit"):
+        check_reading(make_scene(MeasurementLog(hung, log.info, log.path), ur10()))
 
 
 def test_what_no_mistake_mends_is_called_none() -> None:
