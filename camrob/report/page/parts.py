@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+from html import unescape
 from typing import Any
 
 from camrob.report.page.html import escape
 
 __all__ = ["card_row", "chart_place", "figure", "section", "table"]
+
+_TAG = re.compile(r"<[^>]*>")
+_LONGEST_NUMBER = 26  # characters as read: a number with its unit and its spread, such as "-1,234.567 ± 0.123 mm/s"
 
 
 def section(title: str, *parts: str) -> str:
@@ -16,14 +21,22 @@ def section(title: str, *parts: str) -> str:
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1, whole: bool = False) -> str:
-    """A table of HTML cells; the first `left` columns are words, the others numbers. whole: shown in its full height."""
+    """A table of HTML cells; the first `left` columns are words, the others numbers. whole: shown in its full height.
+
+    Words in a number's place, such as why there is none, run on in lines: unbroken they would push the rest off the page.
+    """
     sort = ["text" if k < left else "n" for k in range(len(headings))]
     head = "".join(f'<th class="{s if s == "n" else ""}">{escape(h)}</th>' for s, h in zip(sort, headings, strict=True))
     body = "".join(
-        "<tr>" + "".join(f'<td class="{s}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>" for row in rows
+        "<tr>" + "".join(f'<td class="{_shown_as(s, c)}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>"
+        for row in rows
     )
     frame = "scroll whole" if whole else "scroll"
     return f'<div class="{frame}"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _shown_as(sort: str, cell: str) -> str:
+    return "text" if sort == "n" and len(unescape(_TAG.sub("", cell))) > _LONGEST_NUMBER else sort
 
 
 def card_row(cards: Sequence[tuple[str, str, str]]) -> str:
