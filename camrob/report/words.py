@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
 
 from rich.text import Text
 
 from camrob.summaries.feed_figures import BlockTime
 from camrob.text import printable
 
-__all__ = ["JOB_STATUS", "shown_blocks", "shown_duration", "shown_number", "shown_text"]
+__all__ = ["JOB_STATUS", "many", "shown_blocks", "shown_duration", "shown_number", "shown_paths", "shown_text"]
 
 
 JOB_STATUS = {0: "done", 1: "check failed", 2: "input wrong", 3: "not done"}
@@ -43,6 +46,19 @@ def shown_duration(seconds: object) -> str:
     if hours:
         return f"{hours} h {minutes:02d} min"
     return f"{minutes} min {s:02d} s" if minutes else f"{shown_number(seconds)} s"
+
+
+def many(count: int, thing: str) -> str:
+    """A count and what is counted: "1 worker", "2 workers"."""
+    return f"{count:,} {thing}{'' if count == 1 else 's'}"
+
+
+def shown_paths(paths: Sequence[str]) -> list[str]:
+    """Paths without the folder that all of them lie in: long ones break a table's lines."""
+    if len(paths) < 2 or not all(Path(path).is_absolute() for path in paths):
+        return list(paths)
+    folder = os.path.commonpath([str(Path(path).parent) for path in paths])
+    return [Path(path).relative_to(folder).as_posix() for path in paths]
 
 
 def shown_text(value: object, style: str = "") -> Text:

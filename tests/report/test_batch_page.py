@@ -10,6 +10,7 @@ from urllib.parse import unquote
 
 from camrob.jobs.batch import batch
 from camrob.report.batch.page import batch_report
+from camrob.report.words import shown_paths
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,8 +53,8 @@ def test_a_page_of_three_jobs_leads_to_their_reports(tmp_path: Path) -> None:
     assert len(links) == 1
     assert all((tmp_path / "pages" / link).is_file() and link.endswith("engraving.html") for link in links)
     headings = re.findall(r"<h2>(.*?)</h2>", page)
-    assert headings == ["Against them", "All jobs"] and 'class="verdict bad"' in page
-    why = page[page.index("Against them") : page.index("All jobs")]
+    assert headings == ["What stands against them", "All jobs"] and 'class="verdict bad"' in page
+    why = page[page.index("What stands against them") : page.index("All jobs")]
     failed = next(job for job in result.summary.jobs if job.status)
     assert "far.cls" in why and failed.error is not None and failed.error[:30] in unescape(why)
     assert not re.search(r"https?://", page) and "library" not in page.split("<body>")[1].split("<script")[0]
@@ -78,3 +79,10 @@ def test_names_cannot_become_anything_but_text_and_paths(tmp_path: Path) -> None
     body = page.split("<body>")[1].split('<script type="application/json"')[0]
     assert "<script" not in body and "&lt;script&gt;alert(1)" in body
     assert all(link.startswith("./") for link in re.findall(r'href="([^"]*)"', body))
+
+
+def test_the_folder_that_all_jobs_share_is_left_out_of_their_names() -> None:
+    assert shown_paths(["/parts/a/one.cls", "/parts/b/two.cls"]) == ["a/one.cls", "b/two.cls"]
+    assert shown_paths(["/parts/a/one.cls", "/parts/a/one.cls"]) == ["one.cls", "one.cls"]
+    assert shown_paths(["/parts/a/one.cls"]) == ["/parts/a/one.cls"]
+    assert shown_paths(["a/one.cls", "/a/two.cls"]) == ["a/one.cls", "/a/two.cls"]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import quote
 
 from camrob.report.page.html import duration, escape, number, page
 from camrob.report.page.parts import card_row, section, table
-from camrob.report.words import JOB_STATUS
+from camrob.report.words import JOB_STATUS, many, shown_paths
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
 __all__ = ["batch_report"]
@@ -19,15 +20,16 @@ _REASONS = 3  # of a job, the others stand in its own report
 
 def batch_report(summary: BatchSummary, folder: Path) -> str:
     """The page as text, for a file in `folder`, from which its links to the jobs' reports lead."""
-    rows = [_row(job, folder) for job in summary.jobs]
-    heads = ("job", "points", "lowest 1/k_F", "least to a limit", "time", "warnings", "took")
+    names = dict(zip([j.index for j in summary.jobs], shown_paths([j.input for j in summary.jobs]), strict=True))
+    rows = [_row(job, names[job.index], folder) for job in summary.jobs]
+    heads = ("job", "points", "lowest 1/k_F", "least to a limit, deg or mm", "time", "warnings", "took")
     body = "\n".join(
         [
             "<main>",
-            f"<header><h1>{len(summary.jobs):,} jobs</h1></header>",
+            f"<header><h1>{many(len(summary.jobs), 'job')}</h1></header>",
             _verdict(summary),
-            _failures(summary),
-            card_row(_cards(summary)),
+            _failures(summary, names),
+            card_row(_cards(summary, names)),
             section("All jobs", table(heads, rows, left=1, whole=True)),
             "<footer>Made by camrob. Each job is judged by itself, as its own command would; reports open from the folders that "
             "the jobs wrote them to.</footer></main>",
@@ -45,13 +47,13 @@ def _verdict(summary: BatchSummary) -> str:
     return f'<div class="verdict bad"><strong>{bad:,} not done.</strong><span>{text}</span></div>'
 
 
-def _failures(summary: BatchSummary) -> str:
+def _failures(summary: BatchSummary, names: Mapping[int, str]) -> str:
     rows = [
-        [f"{_tag(job)}<br>{escape(job.input)}", "<br>".join(escape(r) for r in reasons)]
+        [f"{_tag(job)}<br>{escape(names[job.index])}", "<br>".join(escape(r) for r in reasons)]
         for job in summary.jobs
         if (reasons := _reasons(job))
     ]
-    return section("Against them", table(("job", "why"), rows, left=2, whole=True)) if rows else ""
+    return section("What stands against them", table(("job", "why"), rows, left=2, whole=True)) if rows else ""
 
 
 def _reasons(job: JobFigures) -> list[str]:
@@ -59,11 +61,11 @@ def _reasons(job: JobFigures) -> list[str]:
     return [*job.against[:_REASONS], *([f"and {left:,} more"] if left > 0 else [])]
 
 
-def _cards(summary: BatchSummary) -> list[tuple[str, str, str]]:
+def _cards(summary: BatchSummary, names: Mapping[int, str]) -> list[tuple[str, str, str]]:
     done = [job for job in summary.jobs if job.status == 0]
     points, seconds = sum(job.points or 0 for job in done), sum(job.program_s or 0.0 for job in done)
-    lowest = [(kf, job.input) for job in summary.jobs if (kf := job.lowest_inv_kf) is not None]
-    where = f"{summary.workers} workers" if summary.workers else f"the cluster at {summary.scheduler}"
+    lowest = [(kf, names[job.index]) for job in summary.jobs if (kf := job.lowest_inv_kf) is not None]
+    where = many(summary.workers, "worker") if summary.workers else f"the cluster at {summary.scheduler}"
     cards = [
         (
             "Done",
@@ -83,17 +85,17 @@ def _tag(job: JobFigures) -> str:
     return f'<span class="tag {_TAGS.get(job.status, "error")}">{JOB_STATUS.get(job.status, "?")}</span>'
 
 
-def _row(job: JobFigures, folder: Path) -> list[str]:
+def _row(job: JobFigures, name: str, folder: Path) -> list[str]:
     least = job.least_margin
     again = f" {job.attempts} attempts" if job.attempts > 1 else ""
     return [
-        f"{_tag(job)}{again} {escape(job.verb)} {_link(job, folder)}<br>{escape(job.input)}",
+        f"{_tag(job)}{again} {escape(job.verb)} {_link(job, folder)}<br>{escape(name)}",
         number(job.points, 0),
         number(job.lowest_inv_kf, 3),
         "–" if least is None else f"{escape(least[1])} {number(least[0], 1)}",
         duration(job.program_s),
         number(job.warned, 0),
-        number(job.seconds, 1, "s"),
+        number(job.seconds, 1, "s") if job.seconds >= 0.1 else "&lt; 0.1 s",
     ]
 
 

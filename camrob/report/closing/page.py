@@ -18,6 +18,7 @@ from camrob.units import m_to_mm
 
 __all__ = ["ledger_report"]
 
+_LEVELS = {"awaiting a log": "info", "within tolerance": "good"}  # others leave the path off, and say why
 _MOST_TICKS = 30  # turns that have a number each below the chart
 
 Along = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -37,7 +38,8 @@ def ledger_report(
             "<main>",
             f'<header><h1>The loop of {escape(ledger.toolpath)}</h1><p class="made">on the cell '
             f"<b>{escape(ledger.cell)}</b></p></header>",
-            section("How it stands", f"<p><b>{escape(ledger.outcome)}</b>: {escape(ledger.next)}.</p>", _cards(ledger)),
+            _verdict(ledger),
+            _cards(ledger),
             *(chart_section(c) for c in charts),
             _turns(ledger),
             *(_turn(ledger, t, understood.get(t.turn)) for t in ledger.turns),
@@ -46,6 +48,13 @@ def ledger_report(
         ]
     )
     return page(f"The loop of {ledger.toolpath}", body, {"names": {}, "charts": chart_data(charts)})
+
+
+def _verdict(ledger: CloseLoopSummary) -> str:
+    level = _LEVELS.get(ledger.outcome, "warn")
+    word = escape(ledger.outcome[:1].upper() + ledger.outcome[1:])
+    step = escape(ledger.next[:1].upper() + ledger.next[1:])
+    return f'<div class="verdict {level}"><strong>{word}.</strong><span>{step}.</span></div>'
 
 
 def _cards(ledger: CloseLoopSummary) -> str:

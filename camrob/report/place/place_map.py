@@ -35,7 +35,7 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
     height = _TOP + len(ys) * _CELL + 76.0 + 16.0 * len(tally)
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{_DRAWN * width:.0f}" viewBox="0 0 {width:.0f} {height:.0f}" '
-        'font-family="sans-serif" font-size="11">',
+        'style="max-width:100%;height:auto" font-family="sans-serif" font-size="11">',
         f'<rect width="100%" height="100%" fill="#fff"/><text x="10" y="20" font-size="14">{escape(title)}</text>',
     ]
     for k, z in enumerate(zs):
