@@ -175,13 +175,13 @@ class Served:
 
         self.thread = threading.Thread(target=work, daemon=True)
         self.thread.start()
-        assert self.ready.wait(10.0) and self.error is None, self.error
+        assert self.ready.wait(120.0) and self.error is None, self.error  # it starts late on a busy machine
         self.listen, self.instrument = self.server.controller_address, self.server.instrument_address
 
     def end(self, ask: bool = True):
         if ask:
             self.halt.set()
-        self.thread.join(15.0)
+        self.thread.join(60.0)
         assert not self.thread.is_alive()
         if self.error is not None:
             raise self.error

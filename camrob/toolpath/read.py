@@ -11,6 +11,7 @@ from camrob.errors import InputError, ToolpathError
 from camrob.progress import Share
 from camrob.toolpath.apt.dialects.registry import DIALECTS
 from camrob.toolpath.apt.read_apt import read_cl
+from camrob.toolpath.cut_off import refuse_cut_off
 from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.foreign import refuse_foreign
 from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
@@ -78,9 +79,19 @@ def read_toolpath(
         except ToolpathError as error:
             raise error.at(place) from error
     is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
-    if not is_gcode:
-        return _in_the_world(
-            read_cl(
+    try:
+        if is_gcode:
+            toolpath = read_gcode(
+                place,
+                data,
+                units=units,
+                chord_tolerance=chord_tolerance,
+                angle_tolerance=angle_tolerance,
+                defaults=defaults,
+                kinematics=_kinematics(dialect, place),
+            )
+        else:
+            toolpath = read_cl(
                 place,
                 data,
                 dialect=dialect,
@@ -89,24 +100,11 @@ def read_toolpath(
                 angle_tolerance=angle_tolerance,
                 defaults=defaults,
                 progress=progress,
-            ),
-            place,
-        )
-    try:
-        return _in_the_world(
-            read_gcode(
-                place,
-                data,
-                units=units,
-                chord_tolerance=chord_tolerance,
-                angle_tolerance=angle_tolerance,
-                defaults=defaults,
-                kinematics=_kinematics(dialect, place),
-            ),
-            place,
-        )
+            )
+        refuse_cut_off(data)
     except InputError as error:
         raise error.at(place) from error
+    return _in_the_world(toolpath, place)
 
 
 def _kinematics(dialect: str | None, path: Path) -> str | None:

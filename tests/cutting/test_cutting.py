@@ -107,6 +107,7 @@ def solid(cutter: Cutter, count: int = 160) -> np.ndarray:
     return np.concatenate([np.c_[r * np.cos(around), r * np.sin(around), np.full(count, h)] for r, h in rings])
 
 
+@pytest.mark.slow(after=2)
 @pytest.mark.parametrize("corner", [0.0, 1.0, 3.0])
 def test_it_leaves_what_a_library_of_solids_leaves(corner: float) -> None:
     """Two ramps with the axis leaning. A convex body's way along a line is the hull of its two ends: qhull's, by planes."""

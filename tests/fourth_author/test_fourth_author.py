@@ -52,6 +52,7 @@ def test_makers_import_numpy_scipy_and_the_second_authors_plumbing_alone() -> No
     assert not {n for n in names if "third" in n or ".dev" in n or ".sealed" in n}
 
 
+@pytest.mark.slow(after=2)
 @pytest.mark.parametrize("make", MACHINES.values(), ids=MACHINES)
 def test_every_motion_stays_within_limits_and_moves(make) -> None:
     robot, rng = make(), np.random.default_rng(3)

@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from camrob import PostResult, post
@@ -116,3 +117,31 @@ def test_a_cell_without_bodies_is_said_first(tmp_path: Path) -> None:
     assert result.summary.collisions.checked is False
     (tmp_path / "setup.toml").unlink()
     assert codes(posted(tmp_path, None, cell))[:2] == ["no-setup", "no-bodies"]
+
+
+@pytest.mark.parametrize(
+    ("tool", "code"),
+    [
+        ("diameter_mm = 3\nlength_mm = 80\ncorner_radius_mm = 1.5", None),
+        ("diameter_mm = 2.95\nlength_mm = 1.5", None),  # reground, and short
+        ("diameter_mm = 3\nlength_mm = 0.08", "tool-in-metres"),
+        ("diameter_mm = 6\nlength_mm = 80", "another-tool"),
+        ("diameter_mm = 3\nlength_mm = 80\ncorner_radius_mm = 0.2", "another-tool"),
+    ],
+)
+def test_a_tool_in_metres_or_not_the_files_is_said(tmp_path: Path, tool: str, code: str | None) -> None:
+    """The file's is a ball of 3 mm."""
+    (tmp_path / "setup.toml").write_text(f"part_in_base = [0, 0, 200, 0, 0, 0]\n[tool]\n{tool}\n", encoding="utf-8")
+    cell = read_cell(KR15)
+    found = taken_for_granted(cell, read_setup(tmp_path / "setup.toml", cell), read_toolpath(SAMPLE))
+    assert [f.code for f in found] == ([code] if code else [])
+
+
+@pytest.mark.parametrize(("scale", "aside", "said"), [(1.0, 0.0, False), (1e-3, 0.0, True), (1.0, 0.4, True)])
+def test_a_stock_that_the_path_does_not_meet_is_said(tmp_path: Path, scale: float, aside: float, said: bool) -> None:
+    plate = np.array([[-0.12, -0.05, 0.0], [0.12, -0.05, 0.0], [0.12, 0.05, 0.02]])[None]
+    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n", encoding="utf-8")
+    cell = read_cell(KR15)
+    setup = read_setup(tmp_path / "setup.toml", cell)
+    found = taken_for_granted(cell, setup, read_toolpath(SAMPLE), scale * plate + [aside, 0.0, 0.0])
+    assert [f.code for f in found] == ["stock-apart"] * said

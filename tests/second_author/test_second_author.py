@@ -106,6 +106,7 @@ def test_chains_and_gravity_are_those_of_pinocchio(robot) -> None:
         assert np.abs(-robot.moments(values)[0, :, 2] - gravity).max() < 1e-9
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("seed", [5, 15])
 def test_a_case_is_the_same_from_the_same_seed_and_its_size_is_in_the_logs(seed, tmp_path) -> None:
     """Seed 5: single poses with the tool's frame off; 15: a log of drives alone."""

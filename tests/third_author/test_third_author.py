@@ -346,6 +346,7 @@ def test_every_cause_that_a_cell_has_moves_the_tool_or_the_encoders_where_it_say
         assert np.abs(there).max() > 1e-5 or (cell == "scara" and cause.name == "payload"), cause.name
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize("seed", [1, 9])
 def test_a_case_is_the_same_from_the_same_seed_and_its_label_is_not_beside_it(seed, tmp_path) -> None:
     first, again = (case(FAMILY, seed, tmp_path / name) for name in ("a", "b"))

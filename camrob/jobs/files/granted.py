@@ -5,26 +5,89 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.setup import Setup
+from camrob.cell.setup import Setup, ToolSetup
 from camrob.checks.rapids import rapids_in_stock
 from camrob.findings import Finding
 from camrob.se3 import xyzabc_from_frame
-from camrob.toolpath.toolpath import Toolpath
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.toolpath.region import Move
+from camrob.toolpath.toolpath import Tool, Toolpath
+from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["assumed_limits", "taken_for_granted"]
 
 # mm; numbers below it are metres at a glance: no part stands farther than 3 m from the table's middle
 _METRES = 3.0
 _OUTWEIGHS = 10.0  # and the part is this many times larger than the way to it
+_SHORTEST = mm_to_m(1.0)  # of a tool: a shorter one is given in metres
+_ANOTHER = mm_to_m(0.1)  # by which a worn or reground tool may differ from the one in the file
+_IN_STOCK = 0.02  # of the cuts: where fewer are near the stock, it lies elsewhere or is of another size
+
+Array = NDArray[np.float64]
 
 
-def taken_for_granted(cell: Cell, setup: Setup, toolpath: Toolpath) -> tuple[Finding, ...]:
-    """No set-up, a part placed in metres by the look of it, no bodies to collide with, rapids into the stock."""
-    found = [_no_setup(cell, setup), _in_metres(setup, toolpath), _no_bodies(cell), _rapids(setup, toolpath)]
+def taken_for_granted(cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array | None = None) -> tuple[Finding, ...]:
+    """No set-up, a part or tool in metres by the look of it, another tool than the file's, no bodies to collide with, a stock
+    that the path doesn't meet, rapids into it. stock: (T, 3, 3) m, its triangles in the CL data's frame.
+    """
+    found = [
+        _no_setup(cell, setup),
+        _in_metres(setup, toolpath),
+        *(_short(tool) for tool in setup.tools),
+        *(_another(setup, tool) for tool in toolpath.tools),
+        _no_bodies(cell),
+        None if stock is None else _apart(toolpath, stock),
+        _rapids(setup, toolpath),
+    ]
     return tuple(f for f in found if f is not None)
+
+
+def _short(tool: ToolSetup) -> Finding | None:
+    """A tool's length in metres by the look of it."""
+    if not 0.0 < tool.length < _SHORTEST:
+        return None
+    length = float(m_to_mm(tool.length))
+    text = (
+        f"the tool's length_mm = {length:.4g} looks like metres: it is in mm, from the tip to where the holder begins"
+    )
+    return Finding("tool-in-metres", text, value=length, unit="mm")
+
+
+def _another(setup: Setup, tool: Tool) -> Finding | None:
+    """A tool of the file that is of another size than the one that is set up for it."""
+    fit = [t for t in setup.tools if t.number in (None, tool.number)] or setup.tools[: len(setup.tools) == 1]
+    if not fit:
+        return None
+    pairs = [("wide", fit[0].diameter, tool.diameter), ("round at its edge", fit[0].corner, tool.corner_radius)]
+    off = [(what, m_to_mm(own), m_to_mm(its)) for what, own, its in pairs if own and its and abs(own - its) > _ANOTHER]
+    if not off:
+        return None
+    own, its = (" and ".join(f"{pair[k]:.4g} mm {pair[0]}" for pair in off) for k in (1, 2))
+    name = f"tool {tool.number}" if tool.number else f"tool {tool.name}" if tool.name else "tool"
+    text = f"the set-up's tool is {own}, the file's {name} {its}: mount the one that the path was made for, or correct [tool]"
+    return Finding("another-tool", text)
+
+
+def _apart(toolpath: Toolpath, stock: Array) -> Finding | None:
+    """A stock that hardly any cut comes near to: of another unit, or placed elsewhere."""
+    cuts = [np.asarray(r.position)[np.asarray(r.move) == Move.CUT] for r in toolpath.regions if len(r)]
+    points = np.concatenate(cuts) if cuts else np.zeros((0, 3))
+    low, high = stock.reshape(-1, 3).min(axis=0), stock.reshape(-1, 3).max(axis=0)
+    room = max((t.diameter for t in toolpath.tools), default=0.0)
+    near = int(np.count_nonzero(np.all((points > low - room) & (points < high + room), axis=1)))
+    if not len(points) or near > _IN_STOCK * len(points):
+        return None
+    (x, y, z), (path_x, path_y, path_z) = (
+        [f"{a:.4g} to {b:.4g}" for a, b in zip(m_to_mm(lo), m_to_mm(up), strict=True)]
+        for lo, up in ((low, high), (points.min(axis=0), points.max(axis=0)))
+    )
+    text = (
+        f"{near} of {len(points)} points of the cuts lie near the stock (X {x}, Y {y}, Z {z} mm; the cuts: X {path_x}, "
+        f"Y {path_y}, Z {path_z}): check the unit of its mesh, and that its origin is the CL data's"
+    )
+    return Finding("stock-apart", text, count=len(points) - near)
 
 
 def _rapids(setup: Setup, toolpath: Toolpath) -> Finding | None:

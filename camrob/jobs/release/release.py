@@ -44,6 +44,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+_CAUSES = ("part-in-metres", "tool-in-metres", "stock-apart")  # of a refusal, often
 TOOL_TOLERANCE = 1e-6  # m, and elements of the rotation: a frame is printed to 5 decimals, two hundred times finer
 
 
@@ -248,5 +249,5 @@ def named_region(error: JobError, inputs: JobInputs) -> JobError:
     """The same error with the region's name instead of its index, and what its cause may be."""
     regions = [r for r in inputs.toolpath.regions if len(r)]
     known = error.region.isdigit() and int(error.region) < len(regions)
-    causes = [f.text for f in inputs.urgent if f.code == "part-in-metres" and f.text not in error.what]
+    causes = [f.text for f in inputs.urgent if f.code in _CAUSES and f.text not in error.what]
     return error.but("; ".join([error.what, *causes]), region=regions[int(error.region)].name if known else None)

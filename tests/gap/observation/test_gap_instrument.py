@@ -55,6 +55,7 @@ def test_a_log_that_was_mixed_up_is_reported_what_it_is(how: str) -> None:
     assert "; correct the log" in str(refused.value)
 
 
+@pytest.mark.slow(after=1)
 @pytest.mark.parametrize(
     ("how", "words"), [("z mirrored", "its frame is mirrored"), ("rows after", "one row after the poses")]
 )

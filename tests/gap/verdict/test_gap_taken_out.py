@@ -67,6 +67,7 @@ def test_compliance_taken_out_is_an_unknown_that_follows_load() -> None:
     assert said["unknown"]["where"]["axes"][:1] == ["A2"]
 
 
+@pytest.mark.slow(after=2)
 @pytest.mark.parametrize(
     ("without", "form"),
     [
