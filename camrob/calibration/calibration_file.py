@@ -141,6 +141,8 @@ def read_calibration(path: str | Path, cell: Cell) -> Calibration:
     """
     path = Path(path)
     data = read_toml(path, LogError)
+    if "schema" not in data and "parameter" not in data:
+        raise LogError("is no calibration", hint="give the .toml that camrob calibrate or diagnose wrote", path=path)
     table = TableReader(data, path, error=LogError)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     parameters, nuisance = [], []

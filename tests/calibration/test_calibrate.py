@@ -189,6 +189,9 @@ def test_the_file_says_what_was_found(tmp_path) -> None:
         (tmp_path / "bad.toml").write_text(text[:start] + text[start:].replace(old, new, 1))
         with pytest.raises(LogError, match=message):
             read_calibration(tmp_path / "bad.toml", CELL)
+    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n")
+    with pytest.raises(LogError, match="is no calibration; give the .toml that camrob calibrate or diagnose wrote"):
+        read_calibration(tmp_path / "setup.toml", CELL)
 
 
 def test_the_command(tmp_path, capsys) -> None:

@@ -79,13 +79,8 @@ def _figures(summary: VerifySummary) -> RenderableType:
     }
     grid.add_row("Judged", ", ".join(f"{area} {words[good]}" for area, good in areas.items()))
     if against is not None:
-        grid.add_row(
-            "Against",
-            shown_text(
-                f"{against.file}: {against.met} of {against.points} points met, at most "
-                f"{shown_number(against.position_error_mm_max, 4)} mm off"
-            ),
-        )
+        off = f", at most {shown_number(against.position_error_mm_max, 4)} mm off" if against.met else ""
+        grid.add_row("Against", shown_text(f"{against.file}: {against.met} of {against.points} points met{off}"))
     if replay is not None:
         files = ", ".join(summary.files)
         grid.add_row("Program", shown_text(f"{shown_number(summary.motions, 0)} motions in {files}"))

@@ -141,7 +141,9 @@ def _cards(summary: VerifySummary) -> str:
     ]
     if against is not None:
         met = f"{against.met:,} of {against.points:,} points met"
-        cards.append(("Farthest off a CL point", number(against.position_error_mm_max, 4, "mm"), met))
+        cards.append(
+            ("Farthest off a CL point", number(against.position_error_mm_max, 4, "mm") if against.met else "–", met)
+        )
     if replay is not None:
         cards.append(
             ("How far from singular", number(replay.conditioning.inv_kf_min, 3), "lowest 1/k_F: 0 is singular")
