@@ -84,7 +84,6 @@ _SILENT = frozenset(
         90,
         281,
         301,
-        430,
         431,
         432,
         500,
@@ -222,10 +221,16 @@ def compensate(block: Block, modal: Modal, path: PathGrower) -> None:
     path.note("cutter-compensation", f"cutter radius compensation: the path runs as programmed, {why}", block.line)
 
 
+def _length(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
+    modal.measured, modal.unmeasured = True, False
+    return False
+
+
 def _tcp(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     if code != 490 and frame.plane is not None:
         raise ToolpathError(f"TCP (G{code / 10:g}) in a tilted plane (G68.2)", hint="cancel the plane with G69 first")
     modal.vectors = code == 435
+    modal.unmeasured = code == 490 and modal.measured
     frame.switch_tcp(code != 490, by_m=False)
     if modal.vectors and any(letter in block.words for letter in "IJK"):
         aim(block, modal, frame)
@@ -362,6 +367,7 @@ _HANDLERS: dict[int, Handler] = {
     **dict.fromkeys((700, 710), _old_units),
     **dict.fromkeys((170, 180, 190, 900, 910, 901, 911, 930, 940, 950, 980, 990), _modal),
     **dict.fromkeys((400, 410, 420), _compensation),
+    430: _length,
     **dict.fromkeys((434, 435, 2340, 490), _tcp),
     **dict.fromkeys((540, 541, 1540, 550, 560, 570, 580, 590, 591, 592, 593, 5000, *range(5050, 6000, 10)), _offset),
     **dict.fromkeys((280, 300, 530), _machine),

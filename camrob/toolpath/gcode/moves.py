@@ -66,6 +66,11 @@ class Motions:
             raise ToolpathError(
                 "a cut without the work offset (G500, G53 alone) behind others with it", hint="name G54 before it"
             )
+        if self.modal.unmeasured:
+            raise ToolpathError(
+                "a cut without the tool's length (G49) behind G43: Z is the spindle's there, and the length the machine's",
+                hint="name G43 H before it, or take G49 out",
+            )
         if not frame.placeable:
             if frame.plane is not None:
                 raise ToolpathError(

@@ -43,6 +43,8 @@ class Modal:
     polar: tuple[float, float] | None = None  # G16: radius and angle as written, NaN as long as no block has named them
     mirror: dict[str, float] = field(default_factory=dict)  # of G51.1: where the axes are mirrored, m
     vectors: bool = False  # G43.5: I, J, K of a straight move are the tool's axis
+    measured: bool = False  # G43 has named a tool's length
+    unmeasured: bool = False  # and G49 has put it out of force
     offset: tuple[int, float] | None = None  # the work offset: code and P
     suspended: bool = False  # G500 has put the work offset out of force
     moved: bool = False

@@ -6,12 +6,15 @@ import re
 
 from camrob.witness.cl.circles import Wanted
 
-__all__ = ["ASIDE", "COMPUTED", "astray", "corner_of", "plain_words"]
+__all__ = ["ASIDE", "COMPUTED", "SKIPPED", "astray", "corner_of", "plain_words"]
 
 Pairs = list[tuple[str, str]]
 
 COMPUTED = "loops, branches, subprograms and variables"  # what stands in a gap of such blocks
 ASIDE = "G101: not known"  # what stands in the gap of a mirror that is none of Haas's about the work zero
+SKIPPED = frozenset(
+    "9 15 17.1 28.1 30.1 40 41 42 43.1 50 50.1 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97 22 23 25 26 62 103 187 255".split()
+)  # G codes by which nothing moves, or which end what hides motions
 _CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
 _LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
 _HAAS = {"101": "51.1", "100": "50.1"}  # mirrored at the work zero

@@ -13,7 +13,7 @@ from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
-__all__ = ["UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit"]
+__all__ = ["CYCLES", "UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit"]
 
 Array = NDArray[np.float64]
 
@@ -25,6 +25,14 @@ class Out(Enum):
     FEED = "feed"
     STOPPED = "stopped"  # in rapid, with the spindle off
     REVERSED = "reversed"  # at the cycle's feed, with the spindle the other way (tapping)
+
+
+CYCLES = {
+    **dict.fromkeys(("73", "81", "82", "83"), Out.RAPID),
+    **dict.fromkeys(("85", "89"), Out.FEED),
+    **dict.fromkeys(("74", "84"), Out.REVERSED),
+    "86": Out.STOPPED,
+}  # of ISO's G codes
 
 
 UPWARD = "CYCLE whose depth lies above its point"

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
-from camrob.witness.cl.customs import COMPUTED, astray, corner_of, plain_words
-from camrob.witness.cl.drilling import Cycle, Out, drill
+from camrob.witness.cl.customs import COMPUTED, SKIPPED, astray, corner_of, plain_words
+from camrob.witness.cl.drilling import CYCLES, Cycle, Out, drill
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.own_frames import OwnFrames, Polar
 from camrob.witness.cl.running.program_run import run_of
 from camrob.witness.cl.running.unread import UnreadError
+from camrob.witness.cl.source import COMMENT, tape
 from camrob.witness.cl.standing import TURNED, Standing, Words
 from camrob.witness.cl.switching import Switching
 from camrob.witness.cl.teller import UNREAD, Teller
@@ -28,27 +29,17 @@ from camrob.witness.units import INCH_MM, mm_to_m
 __all__ = ["GcodeReader"]
 
 Array = NDArray[np.float64]
-_COMMENT = re.compile(r"\([^)]*\)?|;.*")
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _Z = np.array([0.0, 0.0, 1.0])
-_SKIPPED = frozenset(
-    "9 15 17.1 28.1 30.1 40 41 42 43 43.1 44 49 50 50.1 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97".split()
-    + "22 23 25 26 62 103 187 255".split()
-)
 _FRAMES = frozenset("54 54.1 55 56 57 58 59 59.1 59.2 59.3".split())
 _HIDING = {
-    "68": "69", "68.2": "69", "51": "50", "51.1": "50.1", "16": "15", "7": "8", "43.5": "49", "52": "", "92": "92.1",
+    "68": "69", "68.2": "69", "51": "50", "51.1": "50.1", "16": "15", "7": "8", "52": "", "92": "92.1",
 }  # fmt: skip  # until
-_OUT = {
-    **dict.fromkeys(("73", "81", "82", "83"), Out.RAPID),
-    **dict.fromkeys(("85", "89"), Out.FEED),
-    **dict.fromkeys(("74", "84"), Out.REVERSED),
-    "86": Out.STOPPED,
-}
-_CYCLES, _PLANES, _LINES = (*_OUT, "76", "87", "88"), ("17", "18", "19"), frozenset("0123")
-_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43.4 234 8".split())
+_CYCLES, _PLANES, _LINES = (*CYCLES, "76", "87", "88"), ("17", "18", "19"), frozenset("0123")
+_TCP = ("43.4", "43.5", "234")  # each with the tool's length
+_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43 44 49 8".split()).union(_TCP)
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
-_KNOWN = frozenset().union(_MODES, _SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
+_KNOWN = frozenset().union(_MODES, SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _LAST_ENDS, _LAST_FEED = range(5001, 5004), 4109  # system variables of Fanuc's
 _SAME, _MOVED = 1e-12, "points behind it are in another frame"  # _SAME: of two factors
 _UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
@@ -64,23 +55,20 @@ class GcodeReader(Switching):
         self._bent: Wanted | None = None  # the corner at the end of the block
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame, self._beside = "54", ""  # _beside: of G0 to G3, the last one
+        self._vectors, self._length = (
+            False,
+            "",
+        )  # I, J, K name the tool's axis (G43.5); of the tool: on, off (G49), or never named
         self._last_feed: float | None = None
         self._own, self._polar = OwnFrames(self._stand), Polar()  # G68, G51, G51.1; G16
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
 
     def read(self, text: str) -> None:
         """Reads up to M2, M30 or the second %."""
-        bare = _COMMENT.sub("", text).upper()
+        bare = COMMENT.sub("", text).upper()
         self._whose_change(bare)
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
-        rows = [(i, "".join(_COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
-        rows = [(i, block) for i, block in rows if block]
-        begun = [k for k, (_, block) in enumerate(rows) if k and block.startswith("%")]
-        last = begun[0] if begun else len(rows)
-        behind = [row for row in rows[last:] if not row[1].startswith("%")]
-        if not (behind and re.match(r"[O:]\d", behind[0][1]) and re.search(r"M\s*0*98(?![\d.])", bare)):
-            behind = []  # what is called may stand behind the end of the main program's tape
-        rows = [*(row for row in rows[:last] if not row[1].startswith("%")), *behind]
+        rows = tape(text)
         line, run = rows[0][0] if rows else 1, None
         try:
             run = run_of(rows, self._asked)
@@ -121,7 +109,7 @@ class GcodeReader(Switching):
             return
         block, corner = corner_of(block, self._scale)
         said = _WORD.findall(block)
-        if odd := _WORD.sub("", block)[:20] or astray(said, self._motion, "43.5" in self._tell.hidden):
+        if odd := _WORD.sub("", block)[:20] or astray(said, self._motion, self._vectors):
             self._gap(line, f"{odd}: not known")
             return
         pairs, ready = plain_words([(letter, value) for letter, value in said if letter != "N"])
@@ -152,8 +140,6 @@ class GcodeReader(Switching):
             self._gap(line, "polar coordinates (G16) whose radius, angle or pole is not known")
         return words if plain is None else plain
 
-    # -- modes
-
     def _modes(self, g: list[str], words: Words, line: int) -> None:
         for code in g:
             if code in _PLANES:
@@ -169,8 +155,11 @@ class GcodeReader(Switching):
                 self._tell.set_feed(0.0, "min")
             elif code in ("98", "99"):
                 self._to_initial = code == "98"
-            elif code in ("43.4", "234", "49"):
+            elif code in (*_TCP, "49"):
                 self._stand.switch("G", code != "49")
+                self._vectors = code == "43.5"
+            if code in ("43", "44", "49", *_TCP):
+                self._length = ("off" if code == "49" else "on") if self._length or code in ("43", "44") else ""
         for code in g:
             self._frames(code, words, line)
         if "F" in words and "4" not in g:
@@ -260,13 +249,24 @@ class GcodeReader(Switching):
             if axes:
                 self._stand.leave(axes, words)
                 self._tell.lose()
+        elif self._vectors and {*"IJKQ"} & set(words):
+            self._aimed(axes, words, line)
+        elif self._length == "off" and {*"XYZABCIJKR"} & set(words) and self._motion in (*_CYCLES, "1", "2", "3"):
+            self._gap(line, "a cut without the tool's length (G49), behind others with it")
         elif self._motion in _CYCLES:
             self._cycle(axes, words, line)
         elif axes or (self._motion in ("2", "3") and {"I", "J", "K", "R"} & set(words)):
             self._line_or_arc(axes, words, line)
 
+    def _aimed(self, axes: set[str], words: Words, line: int) -> None:
+        """G43.5: the tool's axis by a vector from its tip, where the block ends (Fanuc B-63944: type 2)."""
+        vector, odd = np.array([float(words.get(letter, "0")) for letter in "IJK"]), {*"ABCQ"} & set(words)
+        if odd or self._motion not in ("0", "1") or not self._absolute or not self._stand.aim(vector):
+            self._gap(line, "G43.5 with Q, rotary words, an arc, or without a vector")
+        else:
+            self._line_or_arc(axes, words, line)
+
     def _target(self, axes: set[str], words: Words) -> dict[str, float | None]:
-        """Where the block ends, axis by axis."""
         return self._stand.target(axes, words, self._scale, self._absolute)
 
     def _align(self, axes: set[str], words: Words, line: int, moves: bool) -> None:
@@ -387,14 +387,14 @@ class GcodeReader(Switching):
             stand.go(self._target(axes - {"Z"}, words) | {"Z": low})
             pose = stand.pose()
             upright = pose is not None and bool(np.allclose(pose[1], stand.direction(_Z))) and self._plane == "17"
-            if pose is None or not upright or code not in _OUT or not bottom <= low <= level or stand.odd:
+            if pose is None or not upright or code not in CYCLES or not bottom <= low <= level or stand.odd:
                 self._gap(line, f"G{code} whose place, heights or way are not known")
                 return
-            if _OUT[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):
+            if CYCLES[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):
                 self._tell.gap(line, f"G{code} with the spindle turning the other way", lost=False)
             dwell = 0.0 if code in ("81", "85") else heights.get("P", 0.0)
             bite = heights.get("Q", 0.0) if code in ("73", "83") else 0.0
             pecks = Pecks(bite, bite, code == "83") if bite else None
-            cycle = Cycle(_OUT[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks)
+            cycle = Cycle(CYCLES[code], low - bottom, 0.0, level - low, dwell=dwell, pecks=pecks)
             drill(self._tell, cycle, stand.point(pose[0]), pose[1], line)
             stand.at["Z"] = level

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 
-__all__ = ["Run", "Source", "Statement", "number", "read_text"]
+__all__ = ["COMMENT", "Run", "Source", "Statement", "number", "read_text", "tape"]
+
+COMMENT = re.compile(r"\([^)]*\)?|;.*")  # of G-code
 
 _FREE = re.compile(r"\s*(PARTNO|PPRINT|REMARK|INSERT|TPRINT|LETTER)\b", re.I)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[DE][-+]?\d+)?", re.I)
@@ -237,3 +239,15 @@ def _sums(text: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     for i, letter in enumerate("GOTO"):
         head &= (codes[np.minimum(starts + i, len(codes) - 1)] & 0xDF) == ord(letter)
     return starts, np.where(head, sums, 0)
+
+
+def tape(text: str) -> list[tuple[int, str]]:
+    """Blocks of G-code without blanks and comments, with their lines, up to the second %; what M98 calls may stand behind it."""
+    rows = [(i, "".join(COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
+    rows = [(i, block) for i, block in rows if block]
+    last = next((k for k, (_, block) in enumerate(rows) if k and block.startswith("%")), len(rows))
+    behind = [row for row in rows[last:] if not row[1].startswith("%")]
+    called = re.search(r"M\s*0*98(?![\d.])", COMMENT.sub("", text).upper())
+    if not (behind and re.match(r"[O:]\d", behind[0][1]) and called):
+        behind = []
+    return [*(row for row in rows[:last] if not row[1].startswith("%")), *behind]

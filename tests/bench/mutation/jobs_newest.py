@@ -19,6 +19,7 @@ def jobs() -> list[Job]:
         _taps(),
         _decreasing(),
         _parameters(),
+        _vectors(),
         *_refused(),
     ]
 
@@ -45,6 +46,20 @@ def _polar() -> Job:
     story.rapid(0, 15, 30).rapid(0, 15, 2).cut(120, 0, 15, -3).rapid(0, 15, 2)
     story.rapid(-15, 0, 2).cut(120, -15, 0, -3).rapid(-15, 0, 2).rapid(0, 0, 30)
     return Job("gc-polar", "polar.nc", text, story.event("off"))
+
+
+def _vectors() -> Job:
+    """Between two vectors the tool takes the great arc."""
+    text = _HEAD + (
+        "G43.5 H1\nG0 X0. Y0. Z30. I0 J0 K1.\nG1 Z0. F500.\nX10. I0.3 J0. K0.4\nX14. Y5.\nX14. Y9. I0. J0. K1.\nG0 Z30.\nG49\n"
+        "M5\nM30\n%\n"
+    )
+    lean = math.acos(0.8)
+    story = _begun().rapid(0, 0, 30).cut(500, 0, 0, 0)
+    story.swing(500, (10, 0, 0), lambda s: (math.sin(s * lean), 0.0, math.cos(s * lean)), slack=0.001)
+    story.cut(500, 14, 5, 0, axis=(0.6, 0.0, 0.8))
+    story.swing(500, (14, 9, 0), lambda s: (math.sin((1 - s) * lean), 0.0, math.cos((1 - s) * lean)), slack=0.001)
+    return Job("gc-vectors", "vectors.nc", text, story.rapid(14, 9, 30).event("off"))
 
 
 def _mirrored() -> Job:

@@ -1,0 +1,63 @@
+"""G49 behind G43: a cut there is the spindle's, not the tool's. G43.5: the tool's axis by vectors, read by the witness, too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.witness.cl import read_story
+
+HEAD = "G21 G90 G17 G94 G40 G49 G80\nT1 M6\nS5000 M3\nG0 X0 Y0\n"
+CUT = "G1 Z-1. F300\nX10.\nG0 Z50.\n"
+
+
+@pytest.mark.parametrize(
+    "behind", ["X5.\nZ5.\n" + CUT, "X5. Z5.\nG81 X5. Z-2. R3. F100\nG80\n", "X5. Z5.\nG3 I-5. F100\n"]
+)
+def test_a_cut_behind_g49_has_no_length(tmp_path: Path, behind: str) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text(HEAD + "G43 H1 Z20.\n" + CUT + "G49\nG0 " + behind + "M30\n", encoding="utf-8")
+    with pytest.raises(ToolpathError, match=r"without the tool's length \(G49\)"):
+        read_toolpath(file)
+    assert any("without the tool's length (G49)" in gap.text for gap in read_story(file).gaps)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Z20.\n" + CUT,  # no length anywhere: the tools are set by their tips
+        "G43 H1 Z20.\n" + CUT + "G49 Z100.\nG91 G28 Z0\nG90\nT2 M6\nS5000 M3\nG43 H2 Z20.\n" + CUT,
+        "G43 H1 Z20.\n" + CUT + "G53 G49 Z0\nG0 X0 Y0\nG43 H1 Z20.\n" + CUT,
+    ],
+)
+def test_g49_before_g43_and_behind_the_last_cut_is_as_it_was(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text(HEAD + text + "G49\nM30\n", encoding="utf-8")
+    assert sum(len(region) for region in read_toolpath(file).regions) >= 3
+    assert read_story(file).gaps == ()
+
+
+def test_the_witness_reads_tool_axes_by_vectors(tmp_path: Path) -> None:
+    file = tmp_path / "a.nc"
+    text = (
+        "G43.5 H1\nG0 Z10. I0 J0 K1.\nG1 Z0 F600.\nX10. I0.3 J0 K0.4\nX20. Y5.\nI0 J0.5 K0\nG0 Z20. K2.\nG49\nM5\nM30\n"
+    )
+    file.write_text(HEAD + text, encoding="utf-8")
+    story = read_story(file)
+    assert story.gaps == ()
+    axes = story.path.axis.round(12).tolist()
+    assert axes[-4:] == [[0.6, 0, 0.8], [0.6, 0, 0.8], [0, 1, 0], [0, 0, 1]]
+    assert (story.path.tip[-2] * 1e3).round(9).tolist() == [20, 5, 0]
+    reading = read_toolpath(file).regions[-1]
+    assert np.allclose(reading.axis[-1], [0, 1, 0])  # the way out is left to the cell
+
+
+@pytest.mark.parametrize("block", ["X5. I0 J0 K1. Q5.", "G2 X5. I2.5", "X5. I0 J0 K0", "G91 X5. I0 J0 K1."])
+def test_what_else_g43_5_may_hold_the_witness_does_not_judge(tmp_path: Path, block: str) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text(HEAD + "G43.5 H1\nG0 Z10. K1.\nG1 Z0 F600.\n" + block + "\nX10.\nM30\n", encoding="utf-8")
+    assert not read_story(file).complete
