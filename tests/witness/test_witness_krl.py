@@ -985,3 +985,9 @@ def test_line_ends(tmp_path, end, reads):
     else:
         with pytest.raises(KrlError, match="line ends"):
             read_source(tmp_path / "job.src")
+
+
+@pytest.mark.parametrize("behind", ["$OUT[1] = TRUE", "WAIT SEC 1", "LIN {X 1,Y 2,Z 3}"])
+def test_a_statement_behind_the_programs_end_stands_against_it(tmp_path, behind):
+    assert codes(run(tmp_path, HOME, tail=behind + "\n")) == ["outside-def"]
+    assert codes(run(tmp_path, HOME, tail=";FOLD\n\n;ENDFOLD\nDEF other ( )\n" + behind + "\nEND\n")) == []

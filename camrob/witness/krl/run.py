@@ -338,7 +338,9 @@ def _once(main: Path, machine: Machine, later: dict[str, dict[str, Value]]) -> t
         module = runner.load(main)
         runner.configure()
         for line in module.outside:
-            state.gap(line, "it stands outside any DEF")
+            state.object(
+                "outside-def", f"{line.raw.strip()[:40]}: it stands outside any DEF: no controller takes that", line
+            )
         first = next(iter(module.routines))
         if first != main.stem.upper():
             state.object("module-name", f"the file is {main.name} and its program {first}: no controller loads that", 1)
