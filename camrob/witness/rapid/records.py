@@ -19,6 +19,7 @@ Item = float | bool | str | list["Item"] | None
 """None: the text does not say it."""
 
 _PIECE = re.compile(r'\s*(?:([-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)|("[^"]*")|([A-Z_]\w*)|(.))')
+_SHIFTED = ("OFFS", "RELTOOL")
 _DEEP = 10  # records in records: RAPID's own have four
 _UNIT_LENGTH = 0.01  # what a quaternion's length may be off 1
 _LOCKED = 1e-9  # of the cosine of B: below it A and C turn about one line
@@ -91,21 +92,28 @@ class Records:
             return text[1:-1], at + 1
         if name in ("TRUE", "FALSE"):
             return name == "TRUE", at + 1
+        if name in _SHIFTED and pieces[at + 1 : at + 2] == [(None, None, None, "(")]:
+            values, at = self._row(pieces, at + 1, depth, ")")
+            return _shifted(values, by_tool=name == "RELTOOL"), at
         if name is not None:
             if name not in self.known or self.known[name][1] is None:
                 raise NotSaidError(f"{name[:40]} isn't in the program")
             return self.known[name][1], at + 1
         if sign != "[":
             raise NotSaidError(f"{sign} where a value has to be")
+        return self._row(pieces, at, depth, "]")
+
+    def _row(self, pieces: Sequence[tuple[str | None, ...]], at: int, depth: int, close: str) -> tuple[list[Item], int]:
+        """Values between commas, from an opening sign to its closing one."""
         out: list[Item] = []
         while True:
             item, at = self._one(pieces, at + 1, depth + 1)
             out.append(item)
             end = pieces[at][3] if at < len(pieces) else None  # the sign behind it
-            if end == "]":
+            if end == close:
                 return out, at + 1
             if end != ",":
-                raise NotSaidError("a record is not closed")
+                raise NotSaidError("a record or call is not closed")
 
     def put(self, name: str, part: str, value: Item) -> bool:
         """Sets a tool's or a work object's component, or all of it; False where that is not known here."""
@@ -126,6 +134,24 @@ class Records:
         if own != kind or not isinstance(value, list) or len(value) != len(_PARTS[kind]):
             raise NotSaidError(f"{name[:40]} is no {kind.lower()} of the program")
         return value
+
+
+def _shifted(values: list[Item], by_tool: bool) -> Item:
+    """Offs and RelTool: a robtarget moved along the work object's axes, or along the tool's as the target turns it ("Technical
+    reference manual, RAPID instructions, functions and data types"). Raises NotSaidError.
+    """
+    point, *by = values
+    if not isinstance(point, list) or len(point) != 4:
+        raise NotSaidError("a robtarget is wanted")
+    step, place, turn = np.array(numbers_of(by, 3)), np.array(numbers_of(point[0], 3)), numbers_of(point[1], 4)
+    if by_tool:
+        w, about = turn[0], np.array(turn[1:])
+        if abs(float(np.linalg.norm(turn)) - 1.0) > _UNIT_LENGTH:
+            raise NotSaidError("a quaternion is not of length 1")
+        step = step + 2.0 * (w * np.cross(about, step) + np.cross(about, np.cross(about, step))) / float(
+            np.dot(turn, turn)
+        )
+    return [(place + step).tolist(), *point[1:]]
 
 
 def numbers_of(item: Item, count: int) -> list[float]:

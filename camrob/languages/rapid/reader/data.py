@@ -61,6 +61,7 @@ _ZONES: dict[str, tuple[float, float, float]] = {  # pzone_tcp, pzone_ori and pz
 
 
 _DEEPEST = 40  # brackets in brackets and signs before signs: no record has more than four
+_UNIT = 0.02  # what the square of a printed quaternion may be off 1
 
 
 class UnknownError(Exception):
@@ -198,11 +199,11 @@ class _Expression:
             raise UnknownError(f"no {bracket}")
 
     def named(self, name: str) -> Value:
-        """A name, with the components asked for behind it; TRUE and FALSE; Offs of a robtarget."""
+        """A name, with the components asked for behind it; TRUE and FALSE; Offs and RelTool of a robtarget."""
         if name in ("TRUE", "FALSE"):
             return name == "TRUE"
-        if name == "OFFS" and self.peek() == "(":
-            return self.offs()
+        if name in ("OFFS", "RELTOOL") and self.peek() == "(":
+            return self.moved(name)
         kind, value = self.data.known.get(name, ("", None))
         while self.peek() == ".":
             self.take()
@@ -215,8 +216,8 @@ class _Expression:
             raise UnknownError(name)
         return value
 
-    def offs(self) -> Value:
-        """Offs(p, x, y, z): p displaced in its work object."""
+    def moved(self, name: str) -> Value:
+        """Offs(p, x, y, z): p displaced in its work object; RelTool(p, x, y, z): along the tool's axes there."""
         self.take()
         items = [self.sum()]
         while self.peek() == ",":
@@ -225,9 +226,25 @@ class _Expression:
         self.close(")")
         target = items[0]
         if len(items) != 4 or not isinstance(target, list) or len(target) != 4 or not isinstance(target[0], list):
-            raise UnknownError("Offs")
-        place: list[Value | None] = [_number(a) + _number(b) for a, b in zip(target[0], items[1:], strict=True)]
+            raise UnknownError(name)
+        step = [_number(value) for value in items[1:]]
+        if name == "RELTOOL":
+            step = _turned(step, target[1])
+        place: list[Value | None] = [_number(a) + b for a, b in zip(target[0], step, strict=True)]
         return [place, *target[1:]]
+
+
+def _turned(v: list[float], quaternion: Value | None) -> list[float]:
+    """A vector (3,) by a quaternion of unit length, as a program prints it."""
+    if not isinstance(quaternion, list) or len(quaternion) != 4:
+        raise UnknownError("RelTool of a target that isn't turned")
+    w, x, y, z = (_number(value) for value in quaternion)
+    size = w * w + x * x + y * y + z * z
+    if not abs(size - 1.0) < _UNIT:
+        raise UnknownError("a quaternion whose length is not 1")
+    t = [2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])]
+    across = (y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0])
+    return [a + (w * b + c) / size for a, b, c in zip(v, t, across, strict=True)]
 
 
 def _number(value: Value | None) -> float:
