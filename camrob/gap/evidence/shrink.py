@@ -16,7 +16,17 @@ from camrob.gap.observation.scene import Scene
 from camrob.summaries.diagnosis_summary import Shrunk
 from camrob.units import m_to_mm
 
-__all__ = ["Shrinkage", "Trial", "figures", "frame_columns", "settled", "settled_rms", "shrinkage", "trial_of"]
+__all__ = [
+    "Shrinkage",
+    "Trial",
+    "drives_gap",
+    "figures",
+    "frame_columns",
+    "settled",
+    "settled_rms",
+    "shrinkage",
+    "trial_of",
+]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -135,10 +145,13 @@ def trial_of(model: Model, withheld: Sequence[Scene]) -> Trial:
     return Trial(model.panels, model.panels, tuple(rows), "blocks of the logs")
 
 
-def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None) -> Shrinkage:
+def shrinkage(
+    model: Model, trial: Trial, members: Set, keep: Set | None = None, *, at_drives: bool = False
+) -> Shrinkage:
     """The gap before and after `keep` (all of `members` by default) is taken away, with `members` fitted together.
 
     Frames that are not known are fitted to the withheld rows themselves, before and after: they are nuisances there too.
+    at_drives: of logs that tell both ends of the drives, the part of the gap that lies between these; frames have none of it.
     """
     kept = members if keep is None else keep
     fits: dict[int | None, Fitted] = {}
@@ -149,10 +162,14 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
             fits[left_out] = model.fit(members | model.evidence.always, () if left_out is None else (left_out,))
         p = trial.panels[k]
         values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
-        gap = whole_gap(p)[rows]
-        rest = gap - p.moves(values, rows)
-        before.append(settled(model, p, rows, gap))
-        after.append(settled(model, p, rows, rest))
+        if at_drives:
+            gap, moved = drives_gap(p, rows), p.carried(p.errors(values, rows), rows)
+            before.append(gap)
+            after.append(gap - moved)
+        else:
+            gap, moved = whole_gap(p)[rows], p.moves(values, rows)
+            before.append(settled(model, p, rows, gap))
+            after.append(settled(model, p, rows, gap - moved))
         blocks.append(p.block[rows])
         X = p.tcp[:, :3, chosen][rows]
         spread = np.einsum("nik,kl,nil->n", X, fits[left_out].spread.block(chosen), X, optimize=True)
@@ -166,6 +183,13 @@ def shrinkage(model: Model, trial: Trial, members: Set, keep: Set | None = None)
     return Shrinkage(
         np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt, np.concatenate(floors)
     )
+
+
+def drives_gap(panel: Panel, rows: NDArray[np.bool_]) -> Array:
+    """(M, 3) m at the TCP of what lies between set-points and encoders at some rows of a log that tells both."""
+    if panel.y_servo is None:
+        raise ValueError("a log without set-points or encoders tells no drive's error")
+    return panel.carried(panel.y_servo[rows], rows)
 
 
 def _doubt_at(panel: Panel, values: Array, share: Array, rows: NDArray[np.bool_]) -> Array:

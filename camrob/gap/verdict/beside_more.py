@@ -9,9 +9,10 @@ import numpy as np
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
+from camrob.gap.verdict.at_drives import at_drives, moved_at_drives, stays_at_drives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.carried_over import carried_over
-from camrob.gap.verdict.delivers import taken
+from camrob.gap.verdict.delivers import taken, taken_last
 from camrob.gap.verdict.remains import left_panels
 
 __all__ = ["SMOOTH", "beside_more", "gains"]
@@ -29,25 +30,30 @@ def beside_more(
     smooth function. What carries over to far postures is no likeness. Sizes are but for what frames that nobody reported take up.
     So are a drive's lag and delay that mostly cancel, or move less than its friction: they may be the course that it has.
     No name is nearly sure that moves the tool by less than twice what stays, wherever it carries over to: a dent in a gear does.
-    Claims that together take far less than they move the tool by work against something that is not claimed.
+    Claims that together take far less than they move the tool by work against something that is not claimed. Names of drives of
+    which the logs tell both ends are held to what stays between these.
     """
-    stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
     sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
+    stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
+    seen = at_drives(model, library).intersection(sizes)
+    there = _at_drives(model, trial, probability) if seen else together
+    bars = {n: stays_at_drives(model, there, probability) if n in seen else stays for n in sizes}
+    moved = {n: moved_at_drives(model, [n]) if n in seen else size for n, size in sizes.items()}
     smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)} & set(sizes)
     cancel = _cancel(model, sizes, smooth)
-    small = [n for n, s in sizes.items() if s < stays * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
+    small = [n for n, m in moved.items() if m < bars[n] * (BELIEF.smooth_more if cancel and n in smooth else 1.0)]
     carried = carried_over(model, trial, small)
     small = [n for n in small if n not in carried]
-    less = gains(model, trial, [n for n in small if sizes[n] < stays])
+    less = gains(model, trial, [n for n in small if moved[n] < bars[n]], seen)
     left = {n: BELIEF.doubtful if n in less and less[n][0] <= 0.0 else 1.0 for n in small}
     drives = [e for e in library if e.stages == ("setpoint_to_encoder",) and "speed" in e.regimes and e.name in sizes]
     steady = {e.name for e in drives if not e.at_reversals}
     friction = settled_rms(model, model.panels, {e.name for e in drives if e.at_reversals})
     if _cancel(model, sizes, steady) or settled_rms(model, model.panels, steady) < friction:
         left = dict.fromkeys(steady, 1.0) | left
-    if taken(together) < BELIEF.taken:
-        left = dict.fromkeys(sizes, 1.0) | left
-    sure = {n for n, s in sizes.items() if s >= BELIEF.sure_from * stays}
+    against = [n for n in sizes if taken(there if n in seen else together) < BELIEF.taken]
+    left = dict.fromkeys(against, 1.0) | left
+    sure = {n for n, m in moved.items() if m >= BELIEF.sure_from * bars[n]}
     doubted = {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
     return {n: p if n in sure else min(p, BELIEF.likely) for n, p in doubted.items()}
 
@@ -57,15 +63,20 @@ def _cancel(model: Model, sizes: Mapping[str, float], names: Collection[str]) ->
     return sum(sizes[n] ** 2 for n in names) > BELIEF.cancels * settled_rms(model, model.panels, names) ** 2
 
 
-def gains(model: Model, trial: Trial, names: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """90 % of the share that each of these effects takes from withheld samples when it is taken away last."""
-    whole = shrinkage(model, trial, model.best.members)
+def gains(
+    model: Model, trial: Trial, names: Sequence[str], drives: Collection[str] = ()
+) -> dict[str, tuple[float, float]]:
+    """90 % of the share that each of these effects takes from withheld samples when it is taken away last; of `drives`, from what
+    lies between the ends of the drives.
+    """
     found = dict.fromkeys(names, (0.0, 0.0))
-    for name in model.evidence.effects_of(model.best.members).intersection(names):
-        others = frozenset(i for i in model.best.members if model.units[i].effect != name)
-        last = shrinkage(model, trial, model.best.members, others)
-        found[name] = Shrinkage(last.after, whole.after, whole.block).interval()
-    return found
+    return found | {n: last.interval() for n, last in taken_last(model, trial, names, drives).items()}
+
+
+def _at_drives(model: Model, trial: Trial, probability: Mapping[str, float]) -> Shrinkage:
+    """What lies between the ends of the drives on withheld samples without and with all claims."""
+    claimed = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+    return shrinkage(model, trial, model.best.members, claimed, at_drives=True)
 
 
 def _left_of_fitted(model: Model, probability: Mapping[str, float]) -> float:

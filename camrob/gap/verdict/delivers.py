@@ -17,7 +17,7 @@ from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
 from camrob.gap.verdict.belief import BELIEF
 
-__all__ = ["delivered", "held_to_delivery", "restored", "taken"]
+__all__ = ["delivered", "held_to_delivery", "restored", "taken", "taken_last"]
 
 
 def taken(last: Shrinkage) -> float:
@@ -28,25 +28,36 @@ def taken(last: Shrinkage) -> float:
     return (before - after) / max(moved, 1e-30)
 
 
-def delivered(model: Model, trial: Trial, names: Collection[str]) -> dict[str, float]:
-    """Of each of these effects that is in the best set, what it takes of what it moves, all others taken away before it."""
-    asked = model.evidence.effects_of(model.best.members).intersection(names)
-    if not asked:
-        return {}
-    whole, found = shrinkage(model, trial, model.best.members), {}
-    for name in asked:
-        others = frozenset(i for i in model.best.members if model.units[i].effect != name)
-        last = shrinkage(model, trial, model.best.members, others)
-        found[name] = taken(Shrinkage(last.after, whole.after, whole.block))
+def taken_last(
+    model: Model, trial: Trial, names: Collection[str], drives: Collection[str] = ()
+) -> dict[str, Shrinkage]:
+    """Of each of these effects that is in the best set, withheld samples before and after it is taken away, all others before it.
+    drives: those that are judged between the ends of the drives, which the logs tell.
+    """
+    members, found = model.best.members, dict[str, Shrinkage]()
+    asked = model.evidence.effects_of(members).intersection(names)
+    for own, there in ((asked.difference(drives), False), (asked.intersection(drives), True)):
+        whole = shrinkage(model, trial, members, at_drives=there) if own else None
+        for name in own if whole is not None else ():
+            others = frozenset(i for i in members if model.units[i].effect != name)
+            last = shrinkage(model, trial, members, others, at_drives=there)
+            found[name] = Shrinkage(last.after, whole.after, whole.block)
     return found
 
 
-def held_to_delivery(model: Model, trials: Sequence[Trial], probability: Mapping[str, float]) -> dict[str, float]:
+def delivered(model: Model, trial: Trial, names: Collection[str], drives: Collection[str] = ()) -> dict[str, float]:
+    """Of each of these effects that is in the best set, what it takes of what it moves, all others taken away before it."""
+    return {n: taken(last) for n, last in taken_last(model, trial, names, drives).items()}
+
+
+def held_to_delivery(
+    model: Model, trials: Sequence[Trial], probability: Mapping[str, float], drives: Collection[str] = ()
+) -> dict[str, float]:
     """Probabilities of effects, none surer than by what each takes of what it moves on every trial; and in doubt where it moves
     the tool by no more than an effect does that counts as absent.
     """
     claims = [n for n, p in probability.items() if p >= 0.5]
-    shares = [delivered(model, trial, claims) for trial in trials]
+    shares = [delivered(model, trial, claims, drives) for trial in trials]
     held = dict(probability)
     for name in claims:
         held[name] = min([held[name], *(BELIEF.delivers(s[name]) for s in shares if name in s)])
@@ -56,7 +67,11 @@ def held_to_delivery(model: Model, trials: Sequence[Trial], probability: Mapping
 
 
 def restored(
-    model: Model, trials: Sequence[Trial], probability: Mapping[str, float], ruled_out: Collection[str]
+    model: Model,
+    trials: Sequence[Trial],
+    probability: Mapping[str, float],
+    ruled_out: Collection[str],
+    drives: Collection[str] = (),
 ) -> dict[str, float]:
     """Probabilities of effects, of which those that are doubted, beside a shape of the unknown or as more stays than was
     predicted, are likely again where each takes what a true cause does on named withheld logs and on blocks: a likeness does
@@ -67,6 +82,6 @@ def restored(
     asked = [n for n, p in found.items() if probability[n] < 0.5 <= BELIEF.effect(p) and n not in ruled_out]
     if not asked or not any(trial.named for trial in trials):
         return dict(probability)
-    shares = [delivered(model, trial, asked) for trial in trials]
+    shares = [delivered(model, trial, asked, drives) for trial in trials]
     sure = [n for n in asked if min(BELIEF.delivers(s[n]) for s in shares) == BELIEF.surest]
     return {**probability, **{n: min(BELIEF.likely, BELIEF.effect(found[n])) for n in sure}}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
+from camrob.gap.verdict.at_drives import at_drives, shaped_at_drives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
 from camrob.gap.verdict.carried_over import carried_over
@@ -79,7 +80,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability |= {n: probability[n] * BELIEF.part_seen for n in _likely_at_most(model, library)}
     believed = frozenset(n for n, p in probability.items() if p >= 0.5)
     model = without_company(with_fitting(_holding(model, believed), blocks), blocks, believed)
-    worse = _worse(model, trial, sorted(believed))
+    drives = at_drives(model, library)
+    worse = _worse(model, trial, sorted(believed), drives)
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
     probability = _held(model, trial, probability, library)
     worse += (together_worse := _worse_together(model, trial, probability))
@@ -89,7 +91,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     if members:
         probability = beside_more(model, trial, together, probability, library)
     trials = (trial, blocks) if trial.named else (trial,)
-    probability = restored(model, trials, held_to_delivery(model, trials, probability), [*reasons, *worse])
+    held = held_to_delivery(model, trials, probability, drives)
+    probability = restored(model, trials, held, [*reasons, *worse], drives)
     if (left_over := _claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]
@@ -200,9 +203,10 @@ def _evidence(model: Model, library: Sequence[Effect]) -> list[tuple[Effect, flo
     name mimics, only one that moves the tool far more counts; of a shape, what is more than the discrepancy beside it.
     """
     shape = float(np.sqrt(max(effect_rms(model, model.panels, "unknown") ** 2 - model.discrepancy**2, 0.0)))
+    apart = frozenset() if shaped_at_drives(model) else at_drives(model, library)
     found = []
     for effect in library:
-        far = effect_rms(model, model.panels, effect.name) >= BELIEF.far_more * shape
+        far = effect.name in apart or effect_rms(model, model.panels, effect.name) >= BELIEF.far_more * shape
         own = ((names, p) for names, p in model.sets.items() if effect.name in names)
         found.append((effect, sum(p for names, p in own if far or "unknown" not in names)))
     return found
@@ -226,8 +230,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
         return dict(probability)
     reached = shrinkage(model, trial, model.best.members, members)
     near, beyond = (reached.rms_after**2 - expected(model, trial, members, far=far)[1] ** 2 for far in (False, True))
-    seen = {e.name for e in library if e.stages == ("setpoint_to_encoder",)}
-    sure = seen if all(p.servo is not None for p in model.panels) else set()
+    sure = at_drives(model, library)
     moved = {n: effect_rms(model, trial.panels, n) for n in probability if n not in sure}
     likely: frozenset[str] = frozenset()
     doubtful: frozenset[str] = frozenset()
@@ -274,9 +277,9 @@ def _holding(model: Model, claimed: frozenset[str]) -> Model:
     return replace(model, best=model.fit(max(held, key=lambda m: model.scores[m]))) if held else model
 
 
-def _worse(model: Model, trial: Trial, names: Sequence[str]) -> list[str]:
+def _worse(model: Model, trial: Trial, names: Sequence[str], drives: Collection[str]) -> list[str]:
     """Those effects that, taken away last, surely make withheld samples worse: claims to be withdrawn."""
-    return [name for name, (_, most) in gains(model, trial, names).items() if most < 0.0]
+    return [name for name, (_, most) in gains(model, trial, names, drives).items() if most < 0.0]
 
 
 def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]) -> list[str]:

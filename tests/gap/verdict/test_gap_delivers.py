@@ -54,7 +54,7 @@ def held(monkeypatch: pytest.MonkeyPatch, near: float, far: float, size: float =
     said = {"blocks": {"name": near}, "log": {"name": far}}
     monkeypatch.setattr(delivers, "settled_rms", lambda *_: size)
     monkeypatch.setattr(
-        delivers, "delivered", lambda _, trial, names: {n: s for n, s in said[trial].items() if n in names}
+        delivers, "delivered", lambda _, trial, names, *__: {n: s for n, s in said[trial].items() if n in names}
     )
     return held_to_delivery(Sized, ("blocks", "log"), {"name": 0.97, "unasked": 0.3})  # type: ignore[arg-type]
 
