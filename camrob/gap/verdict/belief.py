@@ -3,7 +3,8 @@
 `slope` and `surest` are fitted to simulated cases of three worlds: causes alone, causes beside a smooth field of five times the
 noise, and that field alone (`tests/gap/verdict/belief_cases.csv`; a test fits them again). `takes_less`, `takes_more` and
 `takes_else` are how often such names were right on cases of two makers, one of whom had not read the library
-(`tests/gap/verdict/delivery_cases.csv`, likewise). The others are chosen.
+(`tests/gap/verdict/delivery_cases.csv`, likewise). `stands_out` is chosen on the cases of four makers, three of whom had not read
+the library (`tests/gap/verdict/sure_cases.csv`). The others are chosen.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ class Belief:
     and at the most and be nearly sure (the middle two), or likely (the outer two); takes_less, takes_more, takes_else: how sure
     it can be at the most that takes less and more than these, and between them; most_part, most_times: of the gap's energy, or
     of the noise, what has to stay beside claims for even odds that it is anything; of_gap: of the gap, what a slightly wrong
-    description of the claims leaves, which is nothing unknown.
+    description of the claims leaves, which is nothing unknown; stands_out: squares of its values in standard errors, a
+    parameter, from which a name can be nearly sure.
     """
 
     slope: float
@@ -72,6 +74,7 @@ class Belief:
     most_part: float
     most_times: float
     of_gap: float
+    stands_out: float
 
     @property
     def likely(self) -> float:
@@ -142,4 +145,5 @@ BELIEF = Belief(
     most_part=0.1,
     most_times=1.2,
     of_gap=0.03,
+    stands_out=50.0,
 )

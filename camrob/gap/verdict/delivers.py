@@ -37,8 +37,10 @@ def taken_last(
     members, found = model.best.members, dict[str, Shrinkage]()
     asked = model.evidence.effects_of(members).intersection(names)
     for own, there in ((asked.difference(drives), False), (asked.intersection(drives), True)):
-        whole = shrinkage(model, trial, members, at_drives=there) if own else None
-        for name in own if whole is not None else ():
+        if not own:
+            continue
+        whole = shrinkage(model, trial, members, at_drives=there)
+        for name in own:
             others = frozenset(i for i in members if model.units[i].effect != name)
             last = shrinkage(model, trial, members, others, at_drives=there)
             found[name] = Shrinkage(last.after, whole.after, whole.block)

@@ -1,21 +1,25 @@
-"""Whether fitted values can be true, and what the unexplained looks like, in words."""
+"""Whether fitted values can be true, how far they stand out of what the fit leaves open, and what the unexplained looks like, in
+words.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.evidence.model import Model, seen_moves, seen_rms
 from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_broad, is_moment, moment_words, parts_of
+from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.companions import only_companions
 from camrob.summaries.diagnosis_summary import UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["implausible", "unknown_shapes", "unknown_text", "unusual"]
+__all__ = ["held_to_values", "implausible", "squares", "unknown_shapes", "unknown_text", "unusual"]
 
 _SIGMAS = 4.0  # of the fit, that a value may be beyond its range by chance
+_RANK = 1e-9  # of the largest singular value of covariances
 _PLACES = {"foot": "the robot's foot", "tool": "the tool"}
 _PART = 0.1  # of what several axes do at once: an axis with less has no part in it
 
@@ -54,6 +58,27 @@ def unusual(model: Model) -> dict[str, str]:
                 f"{parameter.name} is {value:.3g}, where {common:.3g} is already a lot"
             )
     return found
+
+
+def held_to_values(model: Model, probability: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of effects, of which none is nearly sure whose values don't stand out: several of its parameters then share
+    what one of another cause does, or the discrepancy may as well be it.
+    """
+    sure = model.evidence.effects_of(model.best.members).intersection(
+        n for n, p in probability.items() if p > BELIEF.likely
+    )
+    return {**probability, **{n: BELIEF.likely for n in sure if squares(model, n) < BELIEF.stands_out}}
+
+
+def squares(model: Model, name: str) -> float:
+    """Of an effect of the best set: the square of its fitted values in standard errors beside the discrepancy, as these hang
+    together, a parameter.
+    """
+    own = np.flatnonzero([model.units[o].effect == name and o in model.best.members for o in model.design.owner])
+    spread = np.sqrt(np.maximum(model.best.cov[own, own], 1e-300))
+    values = model.best.mean[own] / spread
+    solved = np.linalg.lstsq(model.best.cov[np.ix_(own, own)] / np.outer(spread, spread), values, rcond=_RANK)[0]
+    return float(values @ solved) / len(own)
 
 
 def unknown_shapes(model: Model) -> list[UnknownShape]:

@@ -28,7 +28,7 @@ from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import partly_seen
-from camrob.gap.verdict.plausible import implausible, unknown_shapes
+from camrob.gap.verdict.plausible import held_to_values, implausible, unknown_shapes
 from camrob.gap.verdict.remains import at_drive, beyond_noise, left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
@@ -102,6 +102,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         for n, more in {**dict.fromkeys(alike, ()), **shown_by_wider(model, library, named)}.items()
     }
     probability |= {n: min(probability[n], BELIEF.likely) for n in wider}
+    probability = held_to_values(model, probability)
     return _said(model, trial, library, members, together, probability, reasons, wider, in_world=in_world)
 
 

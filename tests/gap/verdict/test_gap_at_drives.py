@@ -69,7 +69,9 @@ def test_a_name_of_the_drives_is_held_to_what_stays_there(model: Model) -> None:
 
 def test_no_shape_behind_the_encoders_rivals_what_these_show(model: Model) -> None:
     shape = next(i for i, u in enumerate(model.units) if u.effect == "unknown" and not u.key.startswith("drive "))
-    beside = replace(model, best=model.fit(model.best.members | {shape}), sets={frozenset({"servo_lag", "unknown"}): 1.0})
+    beside = replace(
+        model, best=model.fit(model.best.members | {shape}), sets={frozenset({"servo_lag", "unknown"}): 1.0}
+    )
     assert not shaped_at_drives(beside)
     ((_, held),) = verdict._evidence(beside, SERVO)
     assert held == 1.0
