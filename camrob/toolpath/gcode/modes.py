@@ -68,6 +68,7 @@ _NO_COORDINATES = {
     431: "a tool length by its words (G43.1)",
     432: "a further tool length by its words (G43.2)",
     500: "a block of G50 with coordinates",
+    620: "G62 with coordinates, by which Okuma's controls mirror,",
     630: "tapping as a move (G63)",
 }
 # Fanuc's high-speed modes and look-ahead by their own letter: how fast the path is run, not where (B-63944EN, 20).

@@ -133,6 +133,10 @@ def polar(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGro
     if code == 150:
         modal.polar = None
         return False
+    if "H" in block.words:
+        raise ToolpathError(
+            "G16 with H (Okuma's machine coordinates) is not read", hint="leave it out: the cell retracts by itself"
+        )
     if modal.plane != 170 or frame.plane is not None or not frame.program.plain:
         raise ToolpathError(
             "polar coordinates (G16) in another plane than G17, or in a frame of the program's", hint="export X, Y, Z"

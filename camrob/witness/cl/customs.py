@@ -39,6 +39,10 @@ def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
         return "E, an offset of Fadal's or an exponent"
     if "S" in named and codes & {"25", "26", "50", "92"}:
         return "S as a limit of the spindle's speed"
+    if "62" in codes and named & set("XYZ"):
+        return "G62 with axes, which may be a mirror"
+    if "16" in codes and "H" in named:
+        return "G16 H, which may be a machine's coordinates"
     if codes == {"74"} and not named & set("XYZR"):
         return "G74 alone, which may be a search for the machine's zero"
     if codes == {"53"} and named == {"G"}:

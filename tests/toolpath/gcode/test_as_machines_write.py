@@ -76,3 +76,16 @@ def test_what_is_no_milling_block_is_said_by_name(tmp_path: Path, text: str, lin
     with pytest.raises(ToolpathError, match=match) as error:
         read_toolpath(tmp_path / "a.ngc")
     assert f"a.ngc:{line}: " in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("block", "match"), [("G16 H0", "Okuma's machine coordinates"), ("G62 X1 Y0", "by which Okuma's controls mirror")]
+)
+def test_okumas_words_that_are_other_things_on_fanucs_controls(tmp_path: Path, block: str, match: str) -> None:
+    text = "G21 G90 G17\nT1 M6\nG54\n" + CUT.replace("X20\n", f"X20\n{block}\nX12 Y6\n")
+    (tmp_path / "a.nc").write_text(text, encoding="utf-8")
+    with pytest.raises(ToolpathError, match=match):
+        read_toolpath(tmp_path / "a.nc")
+    assert not read_story(tmp_path / "a.nc").complete
+    (tmp_path / "a.nc").write_text(text.replace(f"{block}\n", "G62\n"), encoding="utf-8")
+    assert read_story(tmp_path / "a.nc").complete and read_toolpath(tmp_path / "a.nc").points
