@@ -55,6 +55,7 @@ class CellCheckSummary(Summary):
     """How a cell meets its poses: ok is None where it has none. provenance: how many entries of cell.toml have which.
 
     The largest errors are None where there is no pose. assumed: the entries that nobody has measured or read, by their keys.
+    bare: stretches of the arm that no body covers, a sentence each.
     """
 
     cell: str
@@ -66,6 +67,7 @@ class CellCheckSummary(Summary):
     poses: tuple[CheckedPose, ...]
     provenance: Mapping[str, int]
     assumed: tuple[str, ...]
+    bare: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -25,11 +26,11 @@ END-OF-PATH
 """
 
 
-def posted(folder: Path, part_in_base: str) -> camrob.PostResult:
+def posted(folder: Path, part_in_base: str, cell: Path = CELL, method: str = "vjm") -> camrob.PostResult:
     folder.mkdir()
     (folder / "part.cls").write_text(CL)
     (folder / "setup.toml").write_text(f"part_in_base = {part_in_base}\nclearance_mm = 20\n")
-    return camrob.post(folder / "part.cls", cell=CELL, out=folder / "out", report=False)
+    return camrob.post(folder / "part.cls", cell=cell, out=folder / "out", method=method, report=False)
 
 
 def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
@@ -40,6 +41,35 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
     )
     assert found is not None, str(caught.value)
     assert posted(tmp_path / "near", found[2]).summary.points > 0
+
+
+@pytest.mark.parametrize("method", ["vjm", "planned"])
+def test_it_serves_a_cell_whose_table_is_held_too(tmp_path: Path, method: str) -> None:
+    """The part beside the table's middle, which turns by no more than 5 degrees."""
+    cell = tmp_path / "cell"
+    shutil.copytree(CELL, cell)
+    (cell / "poses.csv").unlink()
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+    held = text.replace(
+        "limits = { endless = true, speed_deg_s = 60", "limits = { range_deg = [-5, 5], speed_deg_s = 60"
+    )
+    assert held != text
+    (cell / "cell.toml").write_text(held, encoding="utf-8")
+    with pytest.raises(camrob.JobError) as caught:
+        posted(tmp_path / "far", "[900, 0, 300, 0, 0, 0]", cell, method)
+    found = re.search(
+        r"moved by X -\d+ mm it can be followed and touches nothing .*: part_in_base = (\[[^]]*\])", str(caught.value)
+    )
+    assert found is not None, str(caught.value)
+    assert posted(tmp_path / "near", found[1], cell, method).summary.points > 0
+
+
+def test_what_a_plan_may_mend_is_said(tmp_path: Path) -> None:
+    """From below, where the follower runs into a limit; a plan that was refused is no advice to itself."""
+    with pytest.raises(
+        camrob.LimitError, match="--method planned may find a way where the part is: it chooses E2, E1, roll"
+    ):
+        posted(tmp_path / "followed", "[0, 0, 200, 0, 180, 0]")
 
 
 def test_a_part_that_no_shift_brings_into_reach_is_reported_so(tmp_path: Path) -> None:

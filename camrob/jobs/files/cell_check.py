@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from camrob.bodies.bare_links import bare_links
 from camrob.cell.poses import POSES_FILE, pose_errors
 from camrob.cell.read_cell import unchecked_cell
 from camrob.cell.toml_table import PROVENANCES
@@ -48,5 +49,6 @@ def cell_check(cell: Path) -> CellCheckResult:
         poses=poses,
         provenance={kind: counts[kind] for kind in PROVENANCES},
         assumed=tuple(key for key, kind in machine.provenance.items() if kind == "assumed"),
+        bare=tuple(bare.text for bare in bare_links(machine)),
     )
     return CellCheckResult(summary)

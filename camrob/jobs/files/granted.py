@@ -7,6 +7,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.bodies.bare_links import bare_links
 from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup, ToolSetup
 from camrob.checks.rapids import rapids_in_stock
@@ -41,7 +42,7 @@ def taken_for_granted(cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array
         None if stock is None else _apart(toolpath, stock),
         _rapids(setup, toolpath),
     ]
-    return tuple(f for f in found if f is not None)
+    return (*(f for f in found if f is not None), *_bare_links(cell))
 
 
 def _short(tool: ToolSetup) -> Finding | None:
@@ -133,6 +134,16 @@ def _no_bodies(cell: Cell) -> Finding | None:
         return None
     text = "the cell describes no bodies: collisions are not checked; add [[shape]]s to its cell.toml"
     return Finding("no-bodies", text)
+
+
+def _bare_links(cell: Cell) -> tuple[Finding, ...]:
+    """Links of the arm that are longer than what is drawn of them, as in a cell that was copied."""
+    return tuple(
+        Finding(
+            "bare-link", f"{bare.text}; lengthen it in cell.toml", axis=bare.first, value=m_to_mm(bare.bare), unit="mm"
+        )
+        for bare in bare_links(cell)
+    )
 
 
 def assumed_limits(cell: Cell) -> tuple[Finding, ...]:

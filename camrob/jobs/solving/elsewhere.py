@@ -6,13 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.table_plate import table_plate
+from camrob.cell.joint import Role
 from camrob.errors import CellError, JobError, LimitError, SetupError, SingularError, UnreachableError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.place_trial import TRIAL_POINTS, off_table, try_placement
 from camrob.jobs.solving.thinned import thinned
+from camrob.kinematics.arm import Arm
 from camrob.product_grid import product_grid
+from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.placement import place_part
+from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.se3 import xyzabc_from_frame
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -23,14 +27,28 @@ Array = NDArray[np.float64]
 # m that the part is moved by along each axis: what clamping and a table leave
 _FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
 _WIDE = 2.0  # m: in mm such a path were 80 wide, as most are
+_PLANS = 2  # of them for which a plan is made where the published method follows none: some seconds each
 _TRIALS = 4  # placements, the nearest first, on which the path is followed: half a second each on a thinned path
 
 
-def with_a_place(error: JobError, inputs: JobInputs) -> JobError:
-    """The same error with the nearest shift of the part that a trial followed without touching anything, or that none does."""
+def with_a_place(error: JobError, inputs: JobInputs, *, planned: bool = False) -> JobError:
+    """The same error with the nearest shift of the part that a trial followed without touching anything, or that none does.
+
+    planned: it was met in a plan, so that to plan is no advice.
+    """
     if not isinstance(error, UnreachableError | LimitError | SingularError):
         return error
-    return error.but("; ".join(filter(None, [error.what, _inches(inputs), _advice(inputs)])))
+    plan = "" if planned or isinstance(error, UnreachableError) else _freedoms(inputs)
+    return error.but("; ".join(filter(None, [error.what, _inches(inputs), plan, _advice(inputs)])))
+
+
+def _freedoms(inputs: JobInputs) -> str:
+    """That a plan may find a way where the published method finds none, where the cell has freedoms and its arm a closed form."""
+    cell = inputs.cell
+    names = [joint.name for joint in cell.joints if joint.role is not Role.ARM]
+    if not names or Arm.of(cell).searched:
+        return ""
+    return f"--method planned may find a way where the part is: it chooses {', '.join(names)} over the whole path"
 
 
 def _inches(inputs: JobInputs) -> str:
@@ -54,12 +72,15 @@ def _advice(inputs: JobInputs) -> str:
     verdicts = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
     path = thinned(inputs.path, TRIAL_POINTS)
     good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not verdicts[k + 1]]
-    for k in good[:_TRIALS]:
-        made = try_placement(inputs, path, np.asarray(found.base_T_part[k]))
+    plannable = bool(_freedoms(inputs))
+    trials = [(k, resolve_vjm) for k in good[:_TRIALS]] + [(k, resolve_planned) for k in good[:_PLANS] if plannable]
+    for k, resolve in trials:
+        made = try_placement(inputs, path, np.asarray(found.base_T_part[k]), resolve)
         if not isinstance(made, str) and not made[1].count:
+            by = " by --method planned" if resolve is resolve_planned else ""
             return (
-                f"with the part moved by {_mm(shifts[k - 1])} mm it can be followed and touches nothing (tried on {len(path)} of "
-                f"its points): part_in_base = {_printed(np.asarray(found.base_T_part[k]))}"
+                f"with the part moved by {_mm(shifts[k - 1])} mm it can be followed{by} and touches nothing (tried on "
+                f"{len(path)} of its points): part_in_base = {_printed(np.asarray(found.base_T_part[k]))}"
             )
     if good:
         return (

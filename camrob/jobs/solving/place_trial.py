@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,6 +51,7 @@ _UNFOLLOWED = {
 _TRIALS = 5  # beside the placement as it is: each takes as long as a post
 _APART = 0.15  # of the freedom's diagonal that two trials lie apart at least: neighbours differ in little
 _SLACK = 0.001  # m that a part may hang over or sink in: a drawing's and a float's rounding
+_EDGE = 2e-4  # rad: a posture nearer to a limit is past it when the program's rounded pose is read back
 TRIAL_POINTS = 2000
 """Of the cutting points, so many are followed on trial."""
 
@@ -155,18 +156,23 @@ def try_placements(
 
 
 def try_placement(
-    inputs: JobInputs, path: ToolPathInBase, base_T_part: Array
+    inputs: JobInputs, path: ToolPathInBase, base_T_part: Array, resolve: Callable[..., Solution] = resolve_vjm
 ) -> tuple[Solution, CollisionReport] | str:
-    """A placement's solution and what it touches, or why it can't be followed."""
+    """A placement's solution and what it touches, or why it can't be followed by that method."""
     part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
     path = replace(path, base_T_tip=base_T_part @ part_T_tip)
     moved = replace(inputs, path=path, setup=replace(inputs.setup, base_T_part=base_T_part))
     try:
-        solution = resolve_vjm(inputs.cell, path)
+        solution = resolve(inputs.cell, path)
     except JobError as error:
         return next(
             (text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the follower can't follow"
         )
+    path = path if solution.path is None else solution.path
+    arm = inputs.cell.arm_slice
+    q = np.asarray(solution.q)[:, arm]
+    if np.minimum(q - inputs.cell.q_lower[arm], inputs.cell.q_upper[arm] - q).min() < _EDGE:
+        return "an axis of the arm stands at its limit"
     return solution, job_collisions(moved, path, solution)
 
 

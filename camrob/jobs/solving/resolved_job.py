@@ -88,7 +88,7 @@ def resolve_job(
             own = None if seconds is None else seconds * (where.stop - where.start) / total
             solution = _solved(here, resolve, share, device, sought, own)
         except JobError as e:
-            raise with_a_place(named_region(e, inputs), inputs) from None
+            raise with_a_place(named_region(e, inputs), inputs, planned=resolve is not resolve_vjm) from None
         path = here.path if solution.path is None else solution.path
         solution = free_routes(here, path, solution)
         position, axis = solution.residual(here.cell, path)
