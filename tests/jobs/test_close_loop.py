@@ -44,7 +44,7 @@ def test_it_makes_the_program_and_awaits_its_log(job: Path, tmp_path: Path) -> N
     assert again.turns == said.turns and program.stat().st_mtime_ns == made
     assert json.loads((tmp_path / "loop" / "ledger.json").read_text())["outcome"] == "awaiting a log"
     page = (tmp_path / "loop" / "ledger.html").read_text()
-    assert "awaiting a log" in page and "its log is awaited" in page and 'href="turn_1/short.html"' in page
+    assert "Awaiting a log." in page and "its log is awaited" in page and 'href="turn_1/short.html"' in page
 
 
 def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> None:

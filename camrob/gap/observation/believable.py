@@ -74,7 +74,7 @@ def check_reading(scene: Scene) -> None:
     place = scene.measured[:, :3, 3]
     carried = np.linalg.norm(np.diff(scene.nominal[:, :3, 3], axis=0), axis=1) > _CARRIED
     stuck = np.flatnonzero((np.diff(place, axis=0) == 0.0).all(axis=1) & carried)
-    if scene.poses and _in_sockets(place):
+    if scene.poses and _in_sockets(scene):
         return
     if scene.tracked and len(stuck) >= _STUCK:
         first = int(stuck[0]) + 1
@@ -83,10 +83,21 @@ def check_reading(scene: Scene) -> None:
         raise scene.log.error(what, hint="leave cells empty where the instrument saw nothing new", at=first)
 
 
-def _in_sockets(place: Array) -> bool:
-    """Whether every place (N, 3) was read again and again: a ball at the flange, put into a few sockets in many postures."""
-    counts = np.unique(place, axis=0, return_counts=True)[1]
-    return bool(counts.min() >= _STUCK)
+def _in_sockets(scene: Scene) -> bool:
+    """Whether a ball at the flange was put into a few sockets in many postures: every place was read again and again, and one
+    point of the tool stays there. Under an instrument that hangs none does.
+    """
+    place, which, count = np.unique(scene.measured[:, :3, 3], axis=0, return_inverse=True, return_counts=True)
+    if count.min() < _STUCK:
+        return False
+    frames = scene.nominal[:, :3]
+    mean = np.zeros((len(place), 3, 4))
+    np.add.at(mean, which.reshape(-1), frames)
+    apart = frames - (mean / count[:, None, None])[which.reshape(-1)]
+    turned, moved = apart[:, :, :3].reshape(-1, 3), apart[:, :, 3].reshape(-1)
+    ball = np.linalg.lstsq(turned, -moved, rcond=None)[0]
+    off = np.linalg.norm((turned @ ball + moved).reshape(-1, 3), axis=1)
+    return float(np.median(off)) <= mm_to_m(_FARTHEST_MM)
 
 
 def lost_zero(scene: Scene) -> tuple[str, float] | None:

@@ -72,13 +72,19 @@ def test_an_axis_that_counts_from_the_horizontal_is_reported_with_what_to_add() 
 
 
 def test_a_ball_in_sockets_stays_where_it_is_and_an_instrument_that_hangs_does_not_pass() -> None:
-    """Few places, each read again and again by poses of their own, are no instrument that saw nothing new."""
+    """Two places, read again and again: a ball on A6's axis that A6 alone turns stays there, under other motions nothing does."""
     log = seen_from(postures(80, 1))
-    held = dict(log.columns) | {n: np.where(np.arange(80) < 40, 0.0, 50.0 * (n == "x")) for n in "xyz"}
-    check_reading(make_scene(MeasurementLog(held, log.info, log.path), ur10()))
-    hung = dict(log.columns) | {n: np.where(np.arange(80) < 40, log.columns[n][0], log.columns[n]) for n in "xyz"}
-    with pytest.raises(LogError, match="stay the same to the last digit"):
-        check_reading(make_scene(MeasurementLog(hung, log.info, log.path), ur10()))
+    second = np.arange(80) >= 40
+    places = {n: np.where(second, 50.0 * (n == "x"), 0.0) for n in "xyz"}
+    still = {f"A{k}": np.where(second, 20.0 - 10.0 * k, -10.0 + 15.0 * k) for k in range(1, 6)}
+    aside = np.eye(4)
+    aside[:3, 3] = [0.1, 0.0, 0.05]
+    held = MeasurementLog(dict(log.columns) | places | still, log.info, log.path)
+    check_reading(make_scene(held, ur10().with_tool(aside)))
+    hung = dict(log.columns) | {n: np.where(second, log.columns[n], log.columns[n][0]) for n in "xyz"}
+    for columns in (hung, dict(log.columns) | places):
+        with pytest.raises(LogError, match="stay the same to the last digit"):
+            check_reading(make_scene(MeasurementLog(columns, log.info, log.path), ur10()))
 
 
 def test_what_no_mistake_mends_is_called_none() -> None:
