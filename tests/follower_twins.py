@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,22 @@ from camrob.kinematics.kernels import chain_arrays
 from camrob.redundancy.following.follower import FollowerSettings, FollowState, follow_path
 from camrob.redundancy.fuzzy.surfaces import WeightSurface, compile_surface
 from camrob.se3 import rotation_exp
+from camrob.units import deg_to_rad
 
-__all__ = ["CELL", "CHAIN", "FOLDER", "bilinear", "five_axis_path", "follow", "settings_of", "state_at"]
+__all__ = ["CELL", "CHAIN", "FOLDER", "bilinear", "five_axis_path", "follow", "narrow", "settings_of", "state_at"]
 
 FOLDER = Path(__file__).resolve().parents[1] / "cells" / "kr15_track_table"
 CELL = read_cell(FOLDER)
 CHAIN = chain_arrays(CELL)
+
+
+def narrow(cell: Cell, q: np.ndarray, degrees: float) -> Cell:
+    """The cell with an arm that goes no farther than that from a posture."""
+    joints = list(cell.joints)
+    for i in range(*cell.arm_slice.indices(len(cell))):
+        value, d = float(joints[i].axis_value(q[i])), deg_to_rad(degrees)
+        joints[i] = replace(joints[i], lower=value - d, upper=value + d)
+    return replace(cell, joints=tuple(joints))
 
 
 def settings_of(cell: Cell, **changed: object) -> FollowerSettings:

@@ -167,7 +167,11 @@ def _fitted(cell: Cell, prepared: Sequence[Prepared], names: Sequence[str]) -> t
 
 def _many_enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> bool:
     """Whether there are twice as many equations as parameters."""
-    return sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared) >= 2 * len(names)
+    return _equations(prepared) >= 2 * len(names)
+
+
+def _equations(prepared: Sequence[Prepared]) -> int:
+    return sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
 
 
 def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
@@ -175,8 +179,7 @@ def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:
     if _many_enough(prepared, names):
         return
     poses = sum(len(part.data) for part in prepared)
-    rows = sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
-    hint = f"{len(names)} parameters need at least {-(-2 * len(names) * poses // rows)}"
+    hint = f"{len(names)} parameters need at least {-(-2 * len(names) * poses // _equations(prepared))}"
     raise LogError(f"holds {poses} poses to fit", hint=hint, path=prepared[0].data.name)
 
 

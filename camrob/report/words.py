@@ -48,9 +48,9 @@ def shown_duration(seconds: object) -> str:
     return f"{minutes} min {s:02d} s" if minutes else f"{shown_number(seconds)} s"
 
 
-def many(count: int, thing: str) -> str:
-    """A count and what is counted: "1 worker", "2 workers"."""
-    return f"{count:,} {thing}{'' if count == 1 else 's'}"
+def many(count: int, one: str, several: str = "") -> str:
+    """A count and what is counted: "1 worker", "2 workers". several: its plural, where that isn't `one` with an s."""
+    return f"{count:,} {one if count == 1 else several or one + 's'}"
 
 
 def shown_paths(paths: Sequence[str]) -> list[str]:

@@ -19,12 +19,12 @@ def refuse_cut_off(data: bytes) -> None:
     """Raises ToolpathError where the last line is a point and has no line end: nothing says that the file ends there."""
     if data.endswith((b"\n", b"\r")):
         return
-    lines = re.split(rb"\r\n|\n|\r", data)
-    if _POINT.search(lines[-1]) is None:
+    last = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :]
+    if _POINT.search(last) is None:
         return
-    shown = lines[-1].decode("utf-8", "replace").strip()[-40:]
+    shown = last.decode("utf-8", "replace").strip()[-40:]
     raise ToolpathError(
         f"the file ends in the middle of a line, at {shown!r}, and nothing ends its program: it may have been cut off there",
         hint="get the whole file, or put a line end behind it where that is all of it",
-        line=len(lines),
+        line=len(re.split(rb"\r\n|\n|\r", data)),
     )

@@ -14,6 +14,7 @@ from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.scan import DRIVE
 from camrob.gap.evidence.shrink import Shrinkage, drives_gap
+from camrob.gap.verdict.remains import claims
 
 __all__ = ["at_drives", "moved_at_drives", "shaped_at_drives", "stays_at_drives"]
 
@@ -42,8 +43,7 @@ def stays_at_drives(model: Model, withheld: Shrinkage, probability: Mapping[str,
     """m (rms, carried to the TCP) that the claims leave between set-points and encoders beyond these' noise, on withheld samples
     or on the fitted ones, whichever is more.
     """
-    claimed = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
-    values = model.values(claimed, model.best)
+    values = model.values(claims(model, probability), model.best)
     fitted = _rms([(drives_gap(p, _told(p)) - p.carried(p.errors(values))[_told(p)]) for p in model.panels])
     noise = _rms([_noise(p) for p in model.panels])
     return float(np.sqrt(max(max(fitted, withheld.rms_after) ** 2 - noise**2, 0.0)))

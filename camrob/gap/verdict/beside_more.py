@@ -13,7 +13,7 @@ from camrob.gap.verdict.at_drives import at_drives, moved_at_drives, stays_at_dr
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.delivers import taken, taken_last
-from camrob.gap.verdict.remains import left_panels
+from camrob.gap.verdict.remains import claims, left_panels
 
 __all__ = ["SMOOTH", "beside_more", "gains"]
 
@@ -75,14 +75,13 @@ def gains(
 
 def _at_drives(model: Model, trial: Trial, probability: Mapping[str, float]) -> Shrinkage:
     """What lies between the ends of the drives on withheld samples without and with all claims."""
-    claimed = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
-    return shrinkage(model, trial, model.best.members, claimed, at_drives=True)
+    return shrinkage(model, trial, model.best.members, claims(model, probability), at_drives=True)
 
 
 def _left_of_fitted(model: Model, probability: Mapping[str, float]) -> float:
     """m (rms) that the claims leave of the fitted logs."""
-    claimed = frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
-    left = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in left_panels(model, claimed)])
+    panels = left_panels(model, claims(model, probability))
+    left = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in panels])
     return float(np.sqrt(np.mean(np.sum(left**2, axis=1))))
 
 

@@ -22,12 +22,18 @@ from camrob.gap.verdict.plausible import unknown_text
 from camrob.summaries.diagnosis_summary import RegimeLeft, Unknown, UnknownPlace, UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["NOWHERE", "at_drive", "beyond_noise", "left_panels", "remains", "residual_regimes", "suspects"]
+__all__ = ["NOWHERE", "at_drive", "beyond_noise", "claims", "left_panels", "remains", "residual_regimes", "suspects"]
 
 NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
 """Of an unknown that is not likely."""
 
 Set = frozenset[int]
+
+
+def claims(model: Model, probability: Mapping[str, float]) -> Set:
+    """The units of the best set whose effects are more likely at work than not."""
+    return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
+
 
 _ARM = "encoder_to_tcp"
 _CLEAR = 0.05  # p value under which what stays follows something

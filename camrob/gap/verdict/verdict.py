@@ -29,7 +29,7 @@ from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import held_to_values, implausible, unknown_shapes
-from camrob.gap.verdict.remains import at_drive, beyond_noise, left_panels, remains, residual_regimes, suspects
+from camrob.gap.verdict.remains import at_drive, beyond_noise, claims, left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
@@ -86,14 +86,14 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability = _held(model, trial, probability, library)
     worse += (together_worse := _worse_together(model, trial, probability))
     probability |= {n: probability[n] * BELIEF.impossible for n in together_worse}
-    members = _claims(model, probability)
+    members = claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
     if members:
         probability = beside_more(model, trial, together, probability, library)
     trials = (trial, blocks) if trial.named else (trial,)
     held = held_to_delivery(model, trials, probability, drives)
     probability = restored(model, trials, held, [*reasons, *worse], drives)
-    if (left_over := _claims(model, probability)) != members:
+    if (left_over := claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]
     alike = shown_by_simpler(model, library, named)
@@ -226,7 +226,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     friction whose encoder nobody logged, the one leaves of the other no more than that. What follows posture and carries
     over to far ones is no likeness.
     """
-    members = _claims(model, probability)
+    members = claims(model, probability)
     if not members or not trial.named:
         return dict(probability)
     reached = shrinkage(model, trial, model.best.members, members)
@@ -245,11 +245,6 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
         n: p * (BELIEF.doubtful if n in doubtful else BELIEF.part_seen if n in likely else 1.0)
         for n, p in probability.items()
     }
-
-
-def _claims(model: Model, probability: Mapping[str, float]) -> Set:
-    """The units of the best set whose effects are more likely at work than not."""
-    return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
 
 
 def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float, Shrinkage]:
@@ -289,7 +284,7 @@ def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]
     """
     held = dict(probability)
     withdrawn: list[str] = []
-    while members := _claims(model, held):
+    while members := claims(model, held):
         together = shrinkage(model, trial, model.best.members, members)
         if together.interval()[1] >= 0.0:
             break

@@ -27,9 +27,8 @@ Array = NDArray[np.float64]
 _TURN, _SPAN = 12, 9  # values of an endless axis, and of one with limits, that a scan goes through
 _FROM = 8  # of its nodes, the nearest, from which a compass search goes on
 _LAST = 1e-4  # rad and m, its last step
-_ASKEW = (
-    5  # axes at most that a search also moves together: what is passed has edges, along which no axis alone leads on
-)
+# axes at most that a search also moves together: what is passed has edges, along which no axis alone leads on
+_ASKEW = 5
 _NODES, _TOGETHER = 20_000, 4_096  # of a scan at most, and of them at once: some 10 MB
 _BOXES = 2000  # of external axes at most, in which the least distance is looked for: half a second
 _FINE = 0.01  # m within which it is found
@@ -116,15 +115,11 @@ def _excess(arm: Arm, base_T_tip: Array, q: Array, part: slice, tally: dict[str,
     passed = np.maximum(arm.lower - Q, Q - arm.upper) > 1e-9
     if tally is not None:
         beyond = np.where(passed.any(axis=2), passed.argmax(axis=2), 6)
-        for name, count in zip(
-            [*(f"at A{i + 1}'s limit" for i in range(6)), "in reach"],
-            np.bincount(beyond[met], minlength=7),
-            strict=True,
-        ):
-            tally[name] = tally.get(name, 0) + int(count)
-        tally["out of reach"] = tally.get("out of reach", 0) + arm.together * int(np.sum(~met.any(axis=1)))
-        for name in [name for name, count in tally.items() if not count]:
-            del tally[name]
+        names = [*(f"at A{i + 1}'s limit" for i in range(6)), "in reach", "out of reach"]
+        counts = [*np.bincount(beyond[met], minlength=7).tolist(), arm.together * int(np.sum(~met.any(axis=1)))]
+        for name, count in zip(names, counts, strict=True):
+            if count:
+                tally[name] = tally.get(name, 0) + count
     over = np.where(met, _past_limits(arm, Q).sum(axis=2), np.inf)
     best = over.argmin(axis=1)
     each = np.arange(len(q))

@@ -20,9 +20,8 @@ __all__ = ["between_nodes", "sought"]
 Array = NDArray[np.float64]
 
 _BRANCHES = 8  # of a closed form, each of which may be the one that was met
-_POSES = (
-    40  # that are sought, as many as a survey scans: some 10 ms each, and a path of which more are missing is hopeless
-)
+# that are sought, as many as a survey scans: some 10 ms each, and a path of which more are missing is hopeless
+_POSES = 40
 
 
 def sought(

@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from camrob.report.page.html import duration, escape, number, page
-from camrob.report.page.parts import card_row, section, table
+from camrob.report.page.parts import card_row, section, table, verdict_bar
 from camrob.report.words import JOB_STATUS, many, shown_paths
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
@@ -42,9 +42,9 @@ def _verdict(summary: BatchSummary) -> str:
     well = summary.counts.get("0", 0)
     bad = len(summary.jobs) - well
     if not bad:
-        return '<div class="verdict good"><strong>All done.</strong><span>Every check of every job holds.</span></div>'
+        return verdict_bar("good", "All done.", "Every check of every job holds.")
     text = f"{well:,} of {len(summary.jobs):,} are done; what stands against the others is named below."
-    return f'<div class="verdict bad"><strong>{bad:,} not done.</strong><span>{text}</span></div>'
+    return verdict_bar("bad", f"{bad:,} not done.", text)
 
 
 def _failures(summary: BatchSummary, names: Mapping[int, str]) -> str:

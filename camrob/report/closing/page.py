@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.report.diagnosis.sentences import compensable_text, sentence
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, section, table
+from camrob.report.page.parts import card_row, section, table, verdict_bar
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import m_to_mm
@@ -54,7 +54,7 @@ def _verdict(ledger: CloseLoopSummary) -> str:
     level = _LEVELS.get(ledger.outcome, "warn")
     word = escape(ledger.outcome[:1].upper() + ledger.outcome[1:])
     step = escape(ledger.next[:1].upper() + ledger.next[1:])
-    return f'<div class="verdict {level}"><strong>{word}.</strong><span>{step}.</span></div>'
+    return verdict_bar(level, f"{word}.", f"{step}.")
 
 
 def _cards(ledger: CloseLoopSummary) -> str:

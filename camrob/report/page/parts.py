@@ -9,10 +9,15 @@ from typing import Any
 
 from camrob.report.page.html import escape
 
-__all__ = ["card_row", "chart_place", "figure", "section", "table"]
+__all__ = ["card_row", "chart_place", "figure", "section", "table", "verdict_bar"]
 
 _TAG = re.compile(r"<[^>]*>")
 _LONGEST_NUMBER = 26  # characters as read: a number with its unit and its spread, such as "-1,234.567 ± 0.123 mm/s"
+
+
+def verdict_bar(level: str, word: str, text: str) -> str:
+    """What a page comes to, first of all: a word and a sentence (HTML). level: "good", "warn", "info" or "bad"."""
+    return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
 
 
 def section(title: str, *parts: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import section, table
+from camrob.report.page.parts import section, table, verdict_bar
 from camrob.summaries.place_summary import Placement, PlaceSummary
 
 __all__ = ["place_report"]
@@ -30,7 +30,7 @@ def _verdict(summary: PlaceSummary) -> str:
     best = summary.best
     if summary.stays:
         text = f"None of the {len(summary.others)} other placements that were followed and touch nothing is better."
-        return f'<div class="verdict good"><strong>Leave it where it is.</strong><span>{text}</span></div>'
+        return verdict_bar("good", "Leave it where it is.", text)
     gain = ""
     if summary.now.trial is not None and best.trial is not None:
         before, after = summary.now.trial, best.trial
@@ -40,7 +40,7 @@ def _verdict(summary: PlaceSummary) -> str:
         )
     where = ", ".join(number(v, 1) for v in best.part_in_base)
     text = f"part_in_base = [{where}], mm and degrees.{gain or f' As it is: {escape(summary.now.standing)}.'}"
-    return f'<div class="verdict info"><strong>Move it.</strong><span>{text}</span></div>'
+    return verdict_bar("info", "Move it.", text)
 
 
 def _trials(summary: PlaceSummary) -> str:

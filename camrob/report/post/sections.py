@@ -12,7 +12,9 @@ from camrob.findings import Finding, Severity, collapse
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import duration, escape, number
+from camrob.report.page.parts import verdict_bar
 from camrob.report.page.path_charts import axis_limits
+from camrob.report.words import many
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 
@@ -23,10 +25,6 @@ _RANK = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
 _MOST_REGIONS = 500  # rows of a table that a browser still scrolls easily; the JSON has all
 _MOST_WARNINGS = 200  # as many as somebody reads; the JSON has all
 _NEAREST = 3  # as many as a card has room for
-
-
-def _plural(count: int, one: str, many: str) -> str:
-    return f"{count:,} {one if count == 1 else many}"
 
 
 def headline(summary: PostSummary, cell: Cell) -> str:
@@ -62,7 +60,7 @@ def verdict(summary: PostSummary, findings: Sequence[Finding]) -> str:
         (summary.singular, "singular point", "singular points"),
         (errors, "error below", "errors below"),
     ]
-    wrong = [_plural(count, one, many) for count, one, many in faults if count]
+    wrong = [many(count, one, several) for count, one, several in faults if count]
     if wrong:
         level, word = "bad", "Do not run"
         text = ", ".join(wrong) + "."
@@ -77,7 +75,7 @@ def verdict(summary: PostSummary, findings: Sequence[Finding]) -> str:
         f"{_at_most(verified.axis_error_deg_max, 5, '°')}. The solver's own error before rounding: "
         f"{_at_most(tracking.position_error_mm_max, 6, 'mm')}, {_at_most(tracking.axis_error_deg_max, 6, '°')}."
     )
-    return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
+    return verdict_bar(level, word, text)
 
 
 def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str:
@@ -101,7 +99,7 @@ def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str
     more = len(kinds) - _MOST_WARNINGS
     rest = f'<p class="caption">{more:,} more kinds are in the summary file.</p>' if more > 0 else ""
     return (
-        f"<section><h2>Warnings ({_plural(len(kinds), 'kind', 'kinds')})</h2>"
+        f"<section><h2>Warnings ({many(len(kinds), 'kind')})</h2>"
         '<div class="scroll"><table><thead><tr><th>Severity</th><th>What</th><th class="n">Value</th>'
         '<th class="n">Count</th><th>First at</th><th>Code</th></tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div>{rest}</section>"

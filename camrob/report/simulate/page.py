@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import card_row, chart_place, section, table
+from camrob.report.page.parts import card_row, chart_place, section, table, verdict_bar
 from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
@@ -73,7 +73,7 @@ def _verdict(summary: SimulateSummary) -> str:
     text = f"In {shown_duration(summary.duration_s)}, "
     text += f"{lost:.1f} s of it lost against" if lost >= 0.05 else "at"
     text += " the programmed speed." if lost >= 0.05 else " the programmed speed throughout."
-    return f'<div class="verdict {level}"><strong>{word}</strong><span>{escape(text)}</span></div>'
+    return verdict_bar(level, word, escape(text))
 
 
 def _cards(summary: SimulateSummary) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, section, table
+from camrob.report.page.parts import card_row, section, table, verdict_bar
 from camrob.report.words import shown_blocks
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
@@ -81,7 +81,7 @@ def _verdict(summary: VerifySummary) -> str:
         False: ("bad", "Don’t run it.", f"{count} thing{'s' if count != 1 else ''} against it, named below."),
         None: ("warn", "Judged in part.", "Nothing was found against it, but not all of it could be judged."),
     }[summary.ok]
-    return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
+    return verdict_bar(level, word, text)
 
 
 def _findings(title: str, remarks: Sequence[JudgedRemark], kind: str) -> str:

@@ -55,10 +55,8 @@ class GcodeReader(Switching):
         self._bent: Wanted | None = None  # the corner at the end of the block
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame, self._beside = "54", ""  # _beside: of G0 to G3, the last one
-        self._vectors, self._length = (
-            False,
-            "",
-        )  # I, J, K name the tool's axis (G43.5); of the tool: on, off (G49), or never named
+        self._vectors = False  # I, J, K name the tool's axis (G43.5)
+        self._length = ""  # of the tool: on, off (G49), or never named
         self._last_feed: float | None = None
         self._own, self._polar = OwnFrames(self._stand), Polar()  # G68, G51, G51.1; G16
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from follower_twins import CELL
+from follower_twins import CELL, narrow
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import dh_after, dh_before
@@ -27,15 +27,6 @@ BARE = read_cell(CELLS / "kr500_afp")
 def drawn(cell: Cell, rng: np.random.Generator) -> np.ndarray:
     """A posture within limits, and within a turn."""
     return rng.uniform(np.maximum(cell.q_lower, -2.5), np.minimum(cell.q_upper, 2.5))
-
-
-def narrow(cell: Cell, q: np.ndarray, degrees: float) -> Cell:
-    """The cell with an arm that goes no farther than that from a posture."""
-    joints = list(cell.joints)
-    for i in range(*cell.arm_slice.indices(len(cell))):
-        value, d = float(joints[i].axis_value(q[i])), deg_to_rad(degrees)
-        joints[i] = replace(joints[i], lower=value - d, upper=value + d)
-    return replace(cell, joints=tuple(joints))
 
 
 def lifted(z: float) -> np.ndarray:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from follower_twins import CELL
+from follower_twins import CELL, narrow
 
 from camrob.cell.cell import Cell
 from camrob.errors import JobError
@@ -19,16 +19,6 @@ from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.placement import place_part
 from camrob.redundancy.planning.sought import sought
 from camrob.toolpath.region import Move
-from camrob.units import deg_to_rad
-
-
-def narrow(cell: Cell, q: np.ndarray, degrees: float) -> Cell:
-    """The cell with an arm that goes no farther than that from a posture."""
-    joints = list(cell.joints)
-    for i in range(*cell.arm_slice.indices(len(cell))):
-        value, d = float(joints[i].axis_value(q[i])), deg_to_rad(degrees)
-        joints[i] = replace(joints[i], lower=value - d, upper=value + d)
-    return replace(cell, joints=tuple(joints))
 
 
 def near_a_posture(seed: int, count: int = 5, step: float = 0.002) -> tuple[Cell, np.ndarray]:

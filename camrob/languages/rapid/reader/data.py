@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from camrob.errors import ProgramError
 from camrob.languages.rapid.reader.tokens import Token, joined
+from camrob.se3 import quaternion_to_rotation
 
 __all__ = ["FIELDS", "Data", "UnknownError", "Value", "numbers"]
 
@@ -238,13 +241,10 @@ def _turned(v: list[float], quaternion: Value | None) -> list[float]:
     """A vector (3,) by a quaternion of unit length, as a program prints it."""
     if not isinstance(quaternion, list) or len(quaternion) != 4:
         raise UnknownError("RelTool of a target that isn't turned")
-    w, x, y, z = (_number(value) for value in quaternion)
-    size = w * w + x * x + y * y + z * z
-    if not abs(size - 1.0) < _UNIT:
+    q = np.array([_number(value) for value in quaternion])
+    if not abs(float(q @ q) - 1.0) < _UNIT:
         raise UnknownError("a quaternion whose length is not 1")
-    t = [2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])]
-    across = (y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0])
-    return [a + (w * b + c) / size for a, b, c in zip(v, t, across, strict=True)]
+    return [float(c) for c in quaternion_to_rotation(q) @ v]
 
 
 def _number(value: Value | None) -> float:
