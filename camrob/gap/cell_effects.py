@@ -95,6 +95,7 @@ def _read(path: Path, cell: Cell) -> Effect:
         stages=tuple(r for r, used in zip(_STAGES, (True in drives, False in drives), strict=True) if used),
         regimes=regimes,
         experiment=table.text("experiment"),
+        remedy=table.text("remedy") if "remedy" in table else "",
         units=_units_of(name, parts),
         columns=_columns_of(parts),
         start={k: v[0] for k, v in state.items()},

@@ -20,6 +20,8 @@ def effect_faults(effect: Effect, scenes: Sequence[Scene], state: State | None =
     faults = []
     if not effect.physics.endswith(".") or not effect.experiment.strip():
         faults.append("says no physics (one sentence) or no experiment")
+    if effect.remedy.endswith("."):
+        faults.append("ends its remedy with a full stop: it stands within a sentence")
     if not effect.stages or not set(effect.stages) <= set(STAGES):
         faults.append("names a stage that does not exist")
     if not 0.0 <= effect.accuracy <= _MOST_ACCURACY:

@@ -60,7 +60,7 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
         console.print(render_diagnosis(play().summary))
     text = captured.get()
     assert max(len(line) for line in text.splitlines()) <= 80
-    for words in ("backlash", "by stage", "run next", "can correct nothing", "reverses with A2's direction"):
+    for words in ("backlash", "by stage", "run next", "has no constant", "to do", "reverses with A2's direction"):
         assert words in " ".join(text.split())
 
 
@@ -68,6 +68,7 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
     page = diagnosis_report(play().summary, play().paths)
     assert '<div class="verdict good"><strong>Explained</strong>' in page
     heads = (
+        "What to do",
         "The path, coloured by the error",
         "Where the gap lies",
         "What the logs lack, and what that costs",

@@ -9,6 +9,7 @@ from summary_samples import diagnosis_summary, effect_found, shrunk
 
 from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
 from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
+from camrob.report.diagnosis.to_do import to_do
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
 
 
@@ -202,7 +203,7 @@ def test_what_compensate_can_do_is_never_promised_too_much() -> None:
         "shrink_interval": [0.01, 0.1],
     }
     assert compensable_text(summary([], compensable=compensable)).startswith(
-        "compensate can correct a part of track: 0.200 mm to 0.190 mm"
+        "compensate can correct a part of track by constants: 0.200 mm to 0.190 mm; for the rest of track of E1 compensate --"
     )
     worse = compensable | {
         "effects": ["frame_base"],
@@ -210,10 +211,54 @@ def test_what_compensate_can_do_is_never_promised_too_much() -> None:
         "rms_after_mm": 0.24,
         "shrink_interval": [-0.3, 0.1],
     }
-    assert "so nothing is handed over" in compensable_text(summary([], compensable=worse))
-    assert compensable_text(summary([], compensable=compensable | {"effects": []})).endswith(
-        "it has no term for track of E1."
+    assert "so none are handed over; for lean, too, compensate --diagnosis corrects" in compensable_text(
+        summary([], compensable=worse)
     )
+    assert compensable_text(summary([], compensable=compensable | {"effects": []})) == (
+        "compensate has no constant for track of E1: compensate --diagnosis corrects what of it comes back from run to run."
+    )
+    read = effect_found("measurement_scale", [], {}, of_machine=False)
+    assert compensable_text(summary([read], compensable={"effects": [], "left": ["measurement_scale"]})) == ""
+
+
+def _found(name: str, moves: float, **other: Any) -> dict[str, Any]:
+    return effect_found(name, [], {"x_mm": 0.1}, moves_mm=moves, remedy=f"mend {name}", isolated_by="run it", **other)
+
+
+def test_what_is_clear_is_done_first_and_the_largest_before_the_others() -> None:
+    small, large = _found("backlash", 0.1), _found("lean", 0.3)
+    steps = dict(to_do(summary([small, large], unknown={"probability": 0.01})))
+    assert list(steps) == ["lean (0.300 mm)", "backlash (0.100 mm)", "in the program"]
+    assert steps["lean (0.300 mm)"] == "mend lean" and "--diagnosis DIR" in steps["in the program"]
+    left = to_do(summary([small], unknown={"probability": 0.9, "rms_mm": 0.2}))
+    assert left[1] == (
+        "what is unexplained",
+        "0.200 mm stay that none of this takes away: run the next experiment to learn of what",
+    )
+
+
+def test_nothing_is_touched_for_a_cause_that_may_be_another() -> None:
+    twins = [
+        _found("payload", 0.3, indistinguishable_from=["lean", "geometry"]),
+        _found("lean", 0.2, indistinguishable_from=["payload"]),
+    ]
+    ((what, text), *_) = to_do(summary(twins, unknown={"probability": 0.01}))
+    assert what == "payload (0.300 mm), lean (0.200 mm)" and "mend" not in text
+    assert (
+        text
+        == "change nothing for it yet, as these logs can't tell these from each other or from geometry. First run this: run it"
+    )
+    ((_, alone), *_) = to_do(summary(twins[:1], unknown={"probability": 0.01}))
+    assert alone.endswith("can't tell it from lean, geometry. First run this: run it. If it stays: mend payload")
+
+
+def test_nothing_is_to_do_without_a_gap_and_nothing_in_the_program_where_only_readings_are_off() -> None:
+    assert to_do(summary([], status="no gap")) == []
+    assert [what for what, _ in to_do(summary([], status="unexplained"))] == ["nothing yet"]
+    read = _found("measurement_drift", 0.2, of_machine=False)
+    assert [what for what, _ in to_do(summary([read], unknown={"probability": 0.01}))] == [
+        "measurement drift (0.200 mm)"
+    ]
 
 
 def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:

@@ -90,6 +90,10 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=("acceleration",),
     experiment="run the path at half speed: what acceleration causes falls to a quarter, what speed causes to a half",
+    remedy=(
+        "lower the acceleration on the moves that matter, and have the gains and the feed-forward of these drives "
+        "looked at"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.05,

@@ -105,6 +105,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("direction",),
     experiment="run the path backwards: what play causes changes its sign, geometry and load don't",
+    remedy=(
+        "have the play of these axes taken up (gear, and the belt of a wrist's axis); until then come to what "
+        "matters from one side"
+    ),
     units=_units,
     columns=_columns,
     refine=_refine,

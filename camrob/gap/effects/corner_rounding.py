@@ -29,6 +29,9 @@ EFFECT = Effect(
     stages=("program_to_setpoint",),
     regimes=("position",),
     experiment="run the program with a rounding distance of 0, or with exact stops at the corners",
+    remedy=(
+        "nothing at the robot: give corners that matter a smaller rounding distance in the program, or an exact stop"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.1,

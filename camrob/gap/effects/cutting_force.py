@@ -44,6 +44,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("force",),
     experiment="run the same program in air: what force causes is gone",
+    remedy=(
+        "take less off a pass, or post with postures that are stiff under this force (camrob post --method planned "
+        "--for-accuracy)"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.03,

@@ -54,6 +54,7 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder", "encoder_to_tcp"),
     regimes=("time", "position"),
     experiment="measure some poses twice: at once and after two seconds of rest",
+    remedy="nothing at the robot: read only when it has stood for two seconds",
     units=_units,
     columns=_columns,
     accuracy=0.1,

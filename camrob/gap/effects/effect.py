@@ -98,12 +98,12 @@ class Effect:
     """An effect.
 
     physics: what happens, in a sentence. stages: where between program and TCP it can show. regimes: what it depends on.
-    experiment: the motion that would isolate it. units: what may be in or out on these logs, none where it can't show.
-    columns: one a parameter. start: the state before anything is known; refine: the next state from fitted values, by
-    parameter name; trials: changes of the state to choose among by what they leave unexplained. accuracy: by what share of
-    itself the description may be wrong. terms: the names of a unit's parameters in the one error model (`calibrate.terms`)
-    that calibrate, compensate and diagnose share, in their order; () where it can't be said there. compensable: it has
-    such, so that `compensate` can correct it.
+    experiment: the motion that would isolate it. remedy: what a person does about it, "" where nobody has said. units: what
+    may be in or out on these logs, none where it can't show. columns: one a parameter. start: the state before anything is
+    known; refine: the next state from fitted values, by parameter name; trials: changes of the state to choose among by what
+    they leave unexplained. accuracy: by what share of itself the description may be wrong. terms: the names of a unit's
+    parameters in the one error model (`calibrate.terms`) that calibrate, compensate and diagnose share, in their order; ()
+    where it can't be said there. compensable: it has such, so that `compensate` can correct it.
 
     Traits that the engine asks for, instead of names. orders: its state holds orders of gears, which a residual suggests.
     zeros: its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the
@@ -137,6 +137,7 @@ class Effect:
     of_machine: bool = True
     at_reversals: bool = False
     wider: Wider = not_wider
+    remedy: str = ""
 
     @property
     def compensable(self) -> bool:

@@ -31,6 +31,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="measure three or more far corners of the work space with the table at 0 and the tool's orientation kept",
+    remedy=(
+        "check that the foot is bolted fast where it was measured, then measure the robot's place anew and enter "
+        "it in the cell and on the controller"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.0,

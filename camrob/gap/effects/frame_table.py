@@ -38,6 +38,7 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment='measure in the turning base (measured_frame = "base") the same point at four table angles',
+    remedy="measure the table's axis anew and enter it as the table's root point on the controller and in the cell",
     units=_units,
     columns=_columns,
     accuracy=0.0,

@@ -31,6 +31,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the tool about one point through three or more orientations (the four-point method)",
+    remedy=(
+        "check that the tool is seated and not bent, then measure it anew (four points, then its direction) and "
+        "enter it as the tool's frame"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.0,

@@ -82,6 +82,10 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder",),
     regimes=("direction", "speed"),
     experiment="run small circles at two speeds: peaks stay at the quadrants, lag grows with speed",
+    remedy=(
+        "have brake, grease and bearings of these axes looked at, then the drive's integral gain; keep axes from "
+        "turning round or creeping where it matters"
+    ),
     units=_units,
     columns=_columns,
     trials=(*({"rest": v, "held": 0.0} for v in (0.0, *_SLOW)), {"held": 1.0}),

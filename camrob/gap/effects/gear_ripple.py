@@ -81,6 +81,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the axis alone slowly through its range, both ways",
+    remedy=(
+        "where an axis stands out from its like, have its gear looked at; otherwise it is what gears are like, and "
+        "is corrected in the program"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.02,

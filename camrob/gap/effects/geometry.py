@@ -45,6 +45,7 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="calibrate the arm on 50 or more postures spread over its whole range (camrob calibrate)",
+    remedy="nothing to adjust: arms are built so, unless this one has hit something; it is corrected in the program",
     units=_units,
     columns=_columns,
     accuracy=0.002,

@@ -91,6 +91,9 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("direction",),
     experiment="move the axis alone to and fro by 0.1, 1 and 10 degrees: loops grow with the travel, play's steps don't",
+    remedy=(
+        "have the preload of gear and bearings of these axes looked at; until then come to what matters from one side"
+    ),
     units=_units,
     columns=_columns,
     trials=tuple({"reach": r} for r in _TRIED),

@@ -44,6 +44,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="run the same path with another payload: compliance changes with it, zeros and geometry don't",
+    remedy=(
+        "nothing to adjust: every arm gives way under its weight; it is corrected in the program, and an axis far "
+        "softer than its like has a gear or bearing to be looked at"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.01,

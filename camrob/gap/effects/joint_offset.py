@@ -48,6 +48,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="re-master the axis with the electronic gauge, or measure ten postures that turn the other axes widely",
+    remedy=(
+        "master these axes again (the gauge, not the eye), or enter the offset where the controller takes one, and "
+        "check the marks after any crash"
+    ),
     units=_units,
     columns=_columns,
     refine=_refine,

@@ -36,6 +36,7 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("speed",),
     experiment="stop dead a few times: a delay of the clocks shifts the stop in time, a lag of the drives rounds it",
+    remedy="nothing at the robot: give controller and instrument one clock or one trigger",
     units=_units,
     columns=_columns,
     refine=_refine,

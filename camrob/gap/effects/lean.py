@@ -60,6 +60,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="turn A1 through half a turn with the arm stretched, then with another payload",
+    remedy=(
+        "check the bolts of foot, pedestal or carriage and the floor under them, with a dial gauge at the foot "
+        "while A1 turns with the arm stretched"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.02,

@@ -72,6 +72,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("time",),
     experiment="measure a fixed nest before, half-way and after the run, the robot's part left as it is",
+    remedy=(
+        "nothing at the robot: fix the instrument's stand, let it warm up, check the seat of its target, and "
+        "measure again"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.02,

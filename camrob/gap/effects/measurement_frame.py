@@ -33,6 +33,7 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="measure the cell's reference points (nests on the table) with the instrument, the robot standing still",
+    remedy="nothing at the robot: measure the cell's reference points again and register the instrument on them",
     units=_units,
     columns=_columns,
     accuracy=0.0,

@@ -54,6 +54,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="measure a calibrated scale bar at both ends of the work space with the instrument alone",
+    remedy=(
+        "nothing at the robot: check the instrument on a calibrated bar, and its values for air temperature and "
+        "pressure"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.01,

@@ -61,6 +61,7 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder",),
     regimes=("position", "load", "speed"),
     experiment="turn the axis alone slowly at two loads: ripples keep their place on the axis; a gain's grow with the load",
+    remedy="have the commutation offset and the current sensors of these drives calibrated",
     units=_units,
     columns=_columns,
     accuracy=0.1,

@@ -58,6 +58,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="run the path with and without the tool's mass, or read the axis torques at rest in three postures",
+    remedy=(
+        "weigh the tool with its cables and hoses and enter mass and centre of mass as load data, on the "
+        "controller and in the cell"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.05,

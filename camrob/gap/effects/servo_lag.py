@@ -106,6 +106,7 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder",),
     regimes=("speed",),
     experiment="run the path at half speed: what lag causes halves, play and geometry stay",
+    remedy="nothing is broken: lower the feed where it counts, or have the drives' feed-forward switched on",
     units=_units,
     columns=_columns,
     refine=_refine,

@@ -73,6 +73,7 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder",),
     regimes=("speed",),
     experiment="move all axes to and fro together, with hard reversals: the late one turns round after the others",
+    remedy="have the bus cycle, the filters and the interpolation of these axes set like those of the others",
     units=_units,
     columns=_columns,
     refine=_refine,

@@ -98,6 +98,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("time",),
     experiment="repeat the same lap every ten minutes from a cold start for an hour",
+    remedy=(
+        "warm the arm up before measuring and cutting, for three times the time constant, or measure a fixed point "
+        "again between"
+    ),
     units=_units,
     columns=_columns,
     trials=tuple({"tau_s": tau} for tau in (60.0, 120.0, 240.0, 480.0, 900.0, 1800.0, 3600.0)),

@@ -104,6 +104,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="drive the track alone from end to end and back, the arm's axes at rest",
+    remedy=(
+        "survey the rail (bolts, joints of the rack, level) and enter the measured scale on the controller; what "
+        "stays straight and steady is corrected in the program"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.02,

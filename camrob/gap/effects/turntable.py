@@ -80,6 +80,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position", "direction"),
     experiment="touch one point of the table at twelve angles, first forwards, then backwards, the arm measuring",
+    remedy=(
+        "check the table's bearing with a dial gauge at twelve angles, forwards and backwards; what comes back "
+        "every turn can be corrected, play can't"
+    ),
     units=_units,
     columns=_columns,
     trials=tuple({"width": w} for w in _WIDTHS),

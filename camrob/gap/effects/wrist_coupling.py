@@ -43,6 +43,7 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn A4 alone through half a turn and watch the tool's axis, then A5",
+    remedy="enter the coupling factors of the wrist on the controller, or correct it in the program",
     units=_units,
     columns=_columns,
     accuracy=0.01,

@@ -171,6 +171,8 @@ def _entry(shrunk: Shrinkage, probability: float, value: float, std: float, aske
         regimes=tuple(EFFECT.regimes),
         corner=CornerFigures(programmed_cdis_mm=asked),
         unusual="",
+        remedy=EFFECT.remedy,
+        isolated_by=EFFECT.experiment,
     )
 
 

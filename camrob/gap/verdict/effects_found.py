@@ -80,6 +80,9 @@ def effects_found(
                 stages=tuple(effect.stages),
                 regimes=tuple(effect.regimes),
                 unusual=seldom.get(effect.name, ""),
+                remedy=effect.remedy,
+                isolated_by=effect.experiment,
+                of_machine=effect.of_machine,
             )
         )
     return tuple(sorted(entries, key=lambda e: (-e.probability, -e.shrink)))

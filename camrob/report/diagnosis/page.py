@@ -19,6 +19,7 @@ from camrob.report.diagnosis.sentences import (
     withheld_text,
 )
 from camrob.report.diagnosis.times import timing_section
+from camrob.report.diagnosis.to_do import to_do
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.html import escape, page
 from camrob.report.page.parts import card_row, section, table
@@ -47,6 +48,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _head(summary),
             _cards(summary),
             _unexplained(summary),
+            _to_do(summary),
             section(f"The {what}, coloured by the error", _pair(space), _space_caption(summary, claimed=claimed)),
             section(
                 "Where the gap lies",
@@ -135,6 +137,11 @@ def _unexplained(summary: DiagnosisSummary) -> str:
         "A place and a shape, found without physics: no cause. The next experiment below is meant to isolate it."
     )
     return section("What is unexplained", _bullets(sentences), note)
+
+
+def _to_do(summary: DiagnosisSummary) -> str:
+    steps = [f"<li><b>{escape(what)}</b>: {escape(text)}.</li>" for what, text in to_do(summary)]
+    return section("What to do", f"<ol>{''.join(steps)}</ol>") if steps else ""
 
 
 def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:

@@ -41,6 +41,7 @@ _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
 _RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
 _FROM = "from "  # how what it follows begins where it is a moment
 _CONSTANT = "constant"  # what the unexplained is said to follow where it follows nothing
+_WITH = "compensate --diagnosis corrects what of it comes back from run to run"
 _WORTH = 0.05  # share of the gap's energy that is worth a word where it stays unexplained
 
 
@@ -149,18 +150,20 @@ def compensable_text(summary: DiagnosisSummary) -> str:
     compensable = summary.compensable
     if not (compensable.effects or compensable.left):
         return ""
-    left = ", ".join(compensable.left)
+    readings = {e.effect for e in summary.claimed if not e.of_machine}
+    left = ", ".join(n for n in compensable.left if n.partition(" of ")[0] not in readings)
     if not compensable.effects:
-        return printable(f"compensate can correct nothing of this: it has no term for {left}.")
+        return printable(f"compensate has no constant for {left}: {_WITH}." if left else "")
     sizes = f"{mm(compensable.rms_before_mm)} to {mm(compensable.rms_after_mm)}"
     split = {n.partition(" of ")[0] for n in compensable.left}
     names = ", ".join(f"a part of {n}" if n in split else n for n in compensable.effects)
+    rest = f"the rest of {left}" if split & {*compensable.effects} else left
     if compensable.shrink_interval[0] <= 0.0:
-        why = f"correcting that alone would not surely shrink the gap ({sizes})"
-        rest = f"the rest of {left}" if split & {*compensable.effects} else left
-        return printable(f"compensate could correct {names} only, not {rest}; {why}, so nothing is handed over.")
-    rest = f"; what stays is {left}{' (the rest of it)' if split & {*compensable.effects} else ''}" if left else ""
-    return printable(f"compensate can correct {names}: {sizes}{rest}.")
+        why = (
+            f"constants of the arm for {names} alone would not surely shrink the gap ({sizes}), so none are handed over"
+        )
+        return printable(f"{why[0].upper()}{why[1:]}{f'; for {rest}, too, {_WITH}' if rest else ''}.")
+    return printable(f"compensate can correct {names} by constants: {sizes}{f'; for {rest} {_WITH}' if rest else ''}.")
 
 
 def standards_text(one: Standard) -> str:

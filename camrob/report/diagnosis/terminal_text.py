@@ -18,6 +18,7 @@ from camrob.report.diagnosis.sentences import (
     withheld_text,
 )
 from camrob.report.diagnosis.times import timing_texts
+from camrob.report.diagnosis.to_do import to_do
 from camrob.report.diagnosis.withheld import careful_text, regimes_text, sizes_text
 from camrob.report.words import shown_text
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
@@ -89,6 +90,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("sets", "; ".join(sets))] if len(sets) > 1 else []
     rows += [("unexplained", text) for text in unexplained(summary)]
     rows += [("lacking", text) for text in where.missing]
+    rows += [("to do", f"{what}: {text}") for what, text in to_do(summary)]
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.standards]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]

@@ -23,6 +23,7 @@ RACK = f"""
 name = "rack_pitch"
 physics = "The rack's teeth are cut in sections of {PITCH} mm, and every section is a little too long or too short."
 experiment = "drive the track alone, slowly, from end to end and back"
+remedy = "set the sections of the rack by a gauge"
 regimes = ["position"]
 [[parameter]]
 name = "cos"
@@ -63,7 +64,7 @@ def test_an_effect_of_the_cell_is_found_under_its_own_name_with_its_size(tmp_pat
     found = diagnose([log], kr15(), extra=own)
     assert found.claimed == ("rack_pitch",)
     entry = found.summary.to_json()["effects"][0]
-    assert entry["axes"] == ["E1"]
+    assert entry["axes"] == ["E1"] and entry["remedy"] == "set the sections of the rack by a gauge"
     assert entry["parameters"]["sin_mm"]["value"] == pytest.approx(0.1, rel=0.05)
     assert entry["parameters"]["cos_mm"]["value"] == pytest.approx(0.0, abs=0.01)
     without = diagnose([log], kr15(), extra=own, without=["rack_pitch"])

@@ -76,7 +76,7 @@ def test_an_effect_keeps_its_promises(effect) -> None:
     scene = scene_for(effect.name)
     state = {**effect.start, **({"A1_order": 9.0} if effect.name == "gear_ripple" else {})}
     assert effect.units([scene], state) or effect.name == "corner_rounding"
-    assert effect_faults(effect, [scene], state) == []
+    assert effect_faults(effect, [scene], state) == [] and len(effect.remedy) > 20
 
 
 def test_the_conformance_suite_can_fail() -> None:
@@ -84,6 +84,7 @@ def test_the_conformance_suite_can_fail() -> None:
     good = next(e for e in library() if e.name == "backlash")
     for change, words in (
         ({"physics": "Play"}, "says no physics"),
+        ({"remedy": "Mend it."}, "full stop"),
         ({"stages": ("moon",)}, "names a stage"),
         ({"accuracy": 3.0}, "accurate"),
         ({"name": "other"}, "gives a unit of backlash"),
