@@ -222,6 +222,7 @@ def test_what_compensate_can_do_is_never_promised_too_much() -> None:
 
 
 def _found(name: str, moves: float, **other: Any) -> dict[str, Any]:
+    """An effect with a remedy, 97 % sure unless it says otherwise."""
     return effect_found(name, [], {"x_mm": 0.1}, moves_mm=moves, remedy=f"mend {name}", isolated_by="run it", **other)
 
 
@@ -239,8 +240,8 @@ def test_what_is_clear_is_done_first_and_the_largest_before_the_others() -> None
 
 def test_nothing_is_touched_for_a_cause_that_may_be_another() -> None:
     twins = [
-        _found("payload", 0.3, indistinguishable_from=["lean", "geometry"]),
-        _found("lean", 0.2, indistinguishable_from=["payload"]),
+        _found("payload", 0.3, probability=0.7, indistinguishable_from=["lean", "geometry"]),
+        _found("lean", 0.2, probability=0.6, indistinguishable_from=["payload"]),
     ]
     ((what, text), *_) = to_do(summary(twins, unknown={"probability": 0.01}))
     assert what == "payload (0.300 mm), lean (0.200 mm)" and "mend" not in text
@@ -250,6 +251,8 @@ def test_nothing_is_touched_for_a_cause_that_may_be_another() -> None:
     )
     ((_, alone), *_) = to_do(summary(twins[:1], unknown={"probability": 0.01}))
     assert alone.endswith("can't tell it from lean, geometry. First run this: run it. If it stays: mend payload")
+    sure = _found("payload", 0.3, indistinguishable_from=["lean"])
+    assert to_do(summary([sure], unknown={"probability": 0.01}))[0] == ("payload (0.300 mm)", "mend payload")
 
 
 def test_nothing_is_to_do_without_a_gap_and_nothing_in_the_program_where_only_readings_are_off() -> None:

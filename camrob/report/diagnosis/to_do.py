@@ -12,6 +12,7 @@ from camrob.text import printable
 __all__ = ["to_do"]
 
 _AXES = 4  # of an effect that are named
+_SURE = 0.9  # of a name, from which it is acted on, whatever would show nearly the same
 _RIVALS = 3  # names that are not claimed and may be it as well, that are worth being read
 
 
@@ -20,9 +21,9 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     if summary.status == "no gap":
         return []
     claimed = sorted(summary.claimed, key=lambda e: -e.moves_mm)
-    clear = [e for e in claimed if not e.indistinguishable_from]
-    steps = [(_about(e), e.remedy or "what to do is not said in its description") for e in clear]
-    steps += _alike([e for e in claimed if e.indistinguishable_from])
+    alike = [e for e in claimed if e.indistinguishable_from and e.probability < _SURE]
+    steps = [(_about(e), e.remedy or "what to do is not said in its description") for e in claimed if e not in alike]
+    steps += _alike(alike)
     if not claimed:
         steps.append(
             ("nothing yet", "no cause is sure enough for anything to be changed: run the next experiment first")
