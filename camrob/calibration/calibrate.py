@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.calibration.calibration import Calibration, ErrorSize, Held, robot_digest
 from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.few_poses import FEW, fit_few
 from camrob.calibration.fit import Fit, fit_parameters
 from camrob.calibration.folds import left_in_folds
 from camrob.calibration.identify import Identifiability
@@ -28,7 +29,7 @@ from camrob.calibration.sets import (
     prepare_sets,
 )
 from camrob.calibration.stages import Stages, carried_over, pose_errors_of, sizes
-from camrob.calibration.stands import SIDES, Stand, owner_of, with_others_known
+from camrob.calibration.stands import LEAST_POSES, SIDES, Stand, owner_of, with_others_known
 from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.errors import JobError, LogError, SingularError
@@ -90,7 +91,8 @@ def fit_cell(
     others = [withheld] if isinstance(withheld, Measurements) else list(withheld or ())
     parts: list[Measurements | None] = [None] * len(sets)
     if withheld is None and share > 0.0:
-        masks = withheld_rows(sets, share)
+        # where an instrument can then no longer be placed, no pose is withheld
+        masks = [m if (~m).sum() >= LEAST_POSES else np.zeros_like(m) for m in withheld_rows(sets, share)]
         parts = [part.select(mask) for part, mask in zip(sets, masks, strict=True)]
         sets = [part.select(~mask) for part, mask in zip(sets, masks, strict=True)]
     prepared = prepare_sets(cell, sets, _asked(cell, sets, names, candidates))
@@ -132,6 +134,9 @@ def _fitted_as_far_as_seen(
         seen = _identifiability(prepared, scales, noise, cell)
         if names is not None:
             _refuse(cell, seen, names, prepared[0].data)
+        if names is None and not _many_enough(prepared, seen.kept):
+            if (held := _held_to_sizes(prepared, cell, scales, firsts)) is not None:
+                return held[1:]
         _enough(prepared, seen.kept)
         kept, fit = _fitted(cell, prepared, seen.kept)
         hoped_p, hoped_a = (max(n[k] for n in noise) for k in (0, 1))
@@ -155,7 +160,20 @@ def _fitted_as_far_as_seen(
                 found, best = (*_fitted(cell, prepared, wider.kept), wider), left
         except (JobError, SingularError):
             continue  # so many can't be fitted to these poses
+    if sum(len(part.data) for part in prepared) < FEW:
+        held = _held_to_sizes(prepared, cell, scales, firsts)
+        if held is not None and held[0] < _BETTER * best:
+            return held[1:]
     return found
+
+
+def _held_to_sizes(
+    prepared: Sequence[Prepared], cell: Cell, scales: Array, firsts: Sequence[Fit]
+) -> tuple[float, tuple[Prepared, ...], Fit, Identifiability] | None:
+    """All parameters that show, held to their ordinary sizes, as `fit_few` gives them."""
+    clear = [(_CLEARER[-1] * f.scatter_position, _CLEARER[-1] * f.scatter_angle) for f in firsts]
+    seen = _identifiability(prepared, scales, clear, cell)
+    return fit_few(prepared, cell, seen, max(f.scatter_position for f in firsts))
 
 
 def _fitted(cell: Cell, prepared: Sequence[Prepared], names: Sequence[str]) -> tuple[tuple[Prepared, ...], Fit]:
@@ -338,6 +356,11 @@ def _carries_badly(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
 def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:
     """What a person should know before trusting the numbers."""
     said = []
+    if fit.against > 0.0:
+        what = f"{fit.rows} poses are few for {len(fit.names)} parameters: each is held to its ordinary size (1 mm, 0.06 degrees)"
+        said.append(
+            f"{what} against {m_to_mm(fit.against):.3f} mm, as says most of poses left out; measure 50 to know them"
+        )
     if fit.outliers > 0.02 * fit.rows:
         said.append(f"{fit.outliers} of {fit.rows} poses lie far off; look at the measurement")
     if fit.strongest(1) and abs(fit.strongest(1)[0][2]) > 0.98:

@@ -26,6 +26,7 @@ _SETTLED = 1e-8  # squared standard errors
 _SAMPLE = 3000  # rows that a long log is begun with
 _OUTLIER = 5.0  # robust standard deviations
 _MEDIAN_NORM = 1.5382  # median length of a 3-D normal vector of unit deviation an axis
+_LEVER = 0.3  # m: beside a scatter of positions, turns scatter as if about a point so far away
 _FLOOR_POSITION, _FLOOR_ANGLE = 1e-9, 1e-10  # m, rad: noise-free data must not divide by 0
 
 
@@ -46,7 +47,7 @@ class Fit:
     """What a fit found. parameters: with values and standard errors. correlation (V, V) of the varying ones, `names`.
 
     scatter_position (m), scatter_angle (rad): robust standard deviation an axis of what remains. outliers: rows
-    beyond five of them; they weigh little. rows, iterations.
+    beyond five of them; they weigh little. rows, iterations. against: m, as `fit_parameters` was told.
     """
 
     parameters: ParameterSet
@@ -57,6 +58,7 @@ class Fit:
     outliers: int
     rows: int
     iterations: int
+    against: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "correlation", locked(self.correlation, shape=(None, None), name="correlation"))
@@ -87,11 +89,14 @@ def _difference(poses: Array, frames: Array, oriented: bool) -> Array:
     return out
 
 
-def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: ParameterSet) -> Fit:
-    """Fit the varying parameters to measured poses, each set with the model of its own instrument.
+def fit_parameters(
+    pairs: Sequence[tuple[PoseModel, Measurements]], parameters: ParameterSet, *, against: float = 0.0
+) -> Fit:
+    """Fit the varying parameters to measured poses, each set with the model of its own instrument. against: m an axis, the
+    scatter of positions that parameters are held to their ordinary sizes against, all but those without bounds; 0: they are not.
 
     All models have `parameters`' names. Gauss-Newton within the bounds, steps halved where they don't help; rows are
-    weighed by their length in robust deviations (soft L1), which, re-estimated in every round, also weigh positions
+    weighed by their length in robust deviations (soft L1), which, re-estimated in every round or told, also weigh positions
     against orientations. Raises SingularError where parameters can't be told apart and JobError where one ends on its
     bound.
     """
@@ -100,13 +105,16 @@ def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: 
     scale = parameters.scales[free]
     lower = np.array([p.lower for p in parameters.items_])[free]
     upper = np.array([p.upper for p in parameters.items_])[free]
+    ridge = _Ridge(against, scale, np.isfinite(lower)) if against > 0.0 else None
     values, iterations = parameters.values_array, 0
     sample = [(model, data.select(sampled_rows(len(data), _SAMPLE))) for model, data in pairs]
     for part in (sample, pairs) if any(len(data) > 2 * _SAMPLE for _, data in pairs) else (pairs,):
-        values, count = _gauss_newton(part, values, free, (scale, lower, upper), names)
+        values, count = _gauss_newton(part, values, free, (scale, lower, upper), names, ridge)
         iterations += count
     spread = _spread(pairs, values)
-    H, _, _ = _normal(pairs, values, free, scale, spread)
+    H, _, _ = _normal(pairs, values, free, scale, ridge.spread if ridge else spread)
+    if ridge:
+        H += np.diag(ridge.held)
     covariance = np.linalg.inv(H)
     std = np.sqrt(np.diag(covariance))
     stds = np.full(len(values), np.nan)
@@ -127,7 +135,31 @@ def fit_parameters(pairs: Sequence[tuple[PoseModel, Measurements]], parameters: 
         outliers=int(np.sum(scattered > _OUTLIER)),
         rows=len(scattered),
         iterations=iterations,
+        against=against,
     )
+
+
+@dataclass(frozen=True)
+class _Ridge:
+    """Ordinary sizes that values are held to. against: m; scale: (V,) the sizes; bounded: (V,) which are held."""
+
+    against: float
+    scale: Array
+    bounded: NDArray[np.bool_]
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """The deviations an axis that residuals are weighed by, m and rad."""
+        return self.against, self.against / _LEVER
+
+    @property
+    def held(self) -> Array:
+        """(V,) 1 where a value is held, 0 where it is open."""
+        return self.bounded.astype(float)
+
+    def cost(self, values: Array) -> float:
+        """The sum of squares of values (V,) in their sizes."""
+        return float(np.sum(self.held * (values / self.scale) ** 2))
 
 
 def _gauss_newton(
@@ -136,18 +168,26 @@ def _gauss_newton(
     free: NDArray[np.int64],
     bounds: tuple[Array, Array, Array],
     names: tuple[str, ...],
+    ridge: _Ridge | None,
 ) -> tuple[Array, int]:
     """Values (P,) where no step lessens the cost any more, and the number of steps; bounds: scale, lower, upper (V,)."""
+
+    def penalty(tried: Array) -> float:
+        return ridge.cost(tried[free]) if ridge else 0.0
+
     scale, lower, upper = bounds
     for iteration in range(1, _ITERATIONS + 1):
-        spread = _spread(pairs, values)
+        spread = ridge.spread if ridge else _spread(pairs, values)
         H, g, cost = _normal(pairs, values, free, scale, spread)
+        if ridge:
+            H, g = H + np.diag(ridge.held), g - ridge.held * values[free] / scale
+            cost += penalty(values)
         step = _step(H, g, (lower - values[free]) / scale, (upper - values[free]) / scale, names)
         length = 1.0
         for _ in range(8):
             trial = values.copy()
             trial[free] = np.clip(values[free] + length * scale * step, lower, upper)
-            if _cost(pairs, trial, spread) <= cost * (1.0 + 1e-12):
+            if _cost(pairs, trial, spread) + penalty(trial) <= cost * (1.0 + 1e-12):
                 break
             length *= 0.5
         else:

@@ -24,8 +24,9 @@ _GROSS = 4.0  # times the median: what lies farther off counts as much, as gross
 _SEED = 20261126
 
 
-def left_in_folds(prepared: Sequence[Prepared], cell: Cell, names: Sequence[str]) -> float:
-    """m: robust rms of what these parameters, fitted to four fifths of the poses, leave of the rest, each fifth in turn.
+def left_in_folds(prepared: Sequence[Prepared], cell: Cell, names: Sequence[str], *, against: float = 0.0) -> float:
+    """m: robust rms of what these parameters, fitted to four fifths of the poses, leave of the rest, each fifth in turn. against:
+    as `fit_parameters` is told.
 
     Rows of one posture, and of sets on the same postures, are left out together. Raises JobError and SingularError as
     `fit_parameters` does.
@@ -37,7 +38,7 @@ def left_in_folds(prepared: Sequence[Prepared], cell: Cell, names: Sequence[str]
     left = []
     for k in range(_FOLDS):
         pairs = [(p.model, p.data.select(f != k)) for p, f in zip(sets, folds, strict=True)]
-        values = fit_parameters(pairs, parameters).parameters.values_array
+        values = fit_parameters(pairs, parameters, against=against).parameters.values_array
         for p, f in zip(sets, folds, strict=True):
             rest = residuals(p.model, values, p.data.select(f == k))
             turned = _LEVER * rest[:, 3:] if p.data.oriented else np.zeros((len(rest), 3))

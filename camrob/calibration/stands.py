@@ -14,13 +14,14 @@ from camrob.calibration.measurements import Measurements, sampled_rows
 from camrob.cell.cell import Cell
 from camrob.errors import LogError
 
-__all__ = ["SIDES", "Stand", "owner_of", "placed", "placed_together", "with_others_known"]
+__all__ = ["LEAST_POSES", "SIDES", "Stand", "owner_of", "placed", "placed_together", "with_others_known"]
 
 Array = NDArray[np.float64]
 
 SIDES = ("base", "tool")
 _SAMPLE = 2000  # rows that suffice to see where an instrument stands
-_FEWEST = 8
+LEAST_POSES = 8
+"""Of a set, for its instrument to be placed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +83,10 @@ def placed(cell: Cell, data: Measurements, base: Stand | None = None, tool: Stan
     """Where a set's instrument stands and its reflector sits, one of which may be known by another set."""
     if base is not None and tool is not None:
         return base.place, tool.place
-    if len(data) < _FEWEST:
-        raise LogError(f"holds {len(data)} whole poses", hint=f"measure at least {_FEWEST}, better 50", path=data.name)
+    if len(data) < LEAST_POSES:
+        raise LogError(
+            f"holds {len(data)} whole poses", hint=f"measure at least {LEAST_POSES}, better 50", path=data.name
+        )
     plain = ErrorModel.of(cell, (), in_base=data.in_base)
     index = sampled_rows(len(data), _SAMPLE)
     nominal, measured = plain.poses(np.zeros(0), data.q[index]), np.asarray(data.frames[index])

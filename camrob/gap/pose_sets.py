@@ -12,7 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.gap.evidence.design import NUISANCE, Panel, pool
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Trial
-from camrob.gap.observation.scene import LEAST, Scene, make_scene
+from camrob.gap.observation.scene import Scene, make_scene
 from camrob.gap.observation.unknown_frames import Frames, left_twists, right_twists
 from camrob.measurement.log import MeasurementLog
 from camrob.se3 import exp
@@ -30,22 +30,14 @@ _BENT = 0.3  # of the noise: what a frame's turn may be off its straight line
 
 def fitted_scenes(logs: Sequence[MeasurementLog], cells: Sequence[Cell]) -> tuple[Scene, ...]:
     """Logs laid out, each on its cell. One that names another's frame or target (LOG.toml) as its own starts from those, and is
-    moved with them when they are fitted: `make_panel` gives it the columns of the other's. Sets of poses that stand in one
-    frame (several targets, each on some of the postures) need so many rows between them as a log does alone.
+    moved with them when they are fitted: `make_panel` gives it the columns of the other's.
 
     Raises LogError as `make_scene` does.
     """
     scenes: list[Scene] = []
     for log, cell in zip(logs, cells, strict=True):
-        beside = [o for o in logs if log.info.poses and o.info.poses and _frame(o) == _frame(log)]
-        together = len(beside) > 1 and sum(len(o) for o in beside) >= LEAST
-        scenes.append(make_scene(log, cell, known=_frames_of(log, scenes), together=together))
+        scenes.append(make_scene(log, cell, known=_frames_of(log, scenes), fitted=True))
     return tuple(scenes)
-
-
-def _frame(log: MeasurementLog) -> str:
-    """The log whose instrument stood where a log's own stood: the one that it names, or itself."""
-    return log.info.same_frame_as or (log.path.name if log.path is not None else "")
 
 
 def _frames_of(log: MeasurementLog, scenes: Sequence[Scene]) -> Frames:

@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from calibration_sample import ROOT, axis_values, measure
+from scipy.optimize import least_squares
 
 from camrob.calibration import calibrate
 from camrob.calibration.calibrate import fit_cell
+from camrob.calibration.fit import fit_parameters, residuals
 from camrob.calibration.folds import left_in_folds
 from camrob.calibration.measurements import Measurements
-from camrob.calibration.sets import FRAMES, prepare_sets
+from camrob.calibration.parameters import ParameterSet
+from camrob.calibration.sets import FRAMES, named_parameter, prepare_sets
 from camrob.cell.read_cell import read_cell
 from camrob.se3 import frame_from_xyzabc
 
@@ -53,3 +56,37 @@ def test_folds_leave_a_posture_out_whole_and_gross_rows_do_not_choose() -> None:
     assert left_in_folds(moved, CELL, names) < 2.0 * whole
     path = prepare_sets(CELL, [replace(data, single=False)], names)
     assert left_in_folds(path, CELL, names) == pytest.approx(whole, rel=0.5)
+
+
+def test_ten_poses_are_fitted_with_every_parameter_held_to_its_size() -> None:
+    """They were refused: 15 parameters of 8 poses."""
+    off = {f"A{k}.zero": v for k, v in zip((2, 3, 4, 5), (1e-3, -1.5e-3, 2e-3, -1e-3), strict=True)}
+    off |= {"A3.x": 4e-4, "A4.y": -3e-4, "A5.x": 3e-4, "A6.rx": 2e-4}
+    asked = measure(CELL, off, axis_values(CELL, 200, seed=8), seed=9, sigma=2e-5, **SEEN).without_orientation()
+    asked = replace(asked, frame_known=False, target_known=False, name="a", same_frame_as="f", same_target_as="f")
+    for count in (8, 10):
+        data = measure(CELL, off, axis_values(CELL, count, seed=3), seed=4, sigma=2e-5, **SEEN).without_orientation()
+        data = replace(data, frame_known=False, target_known=False, name="f")
+        found = fit_cell(CELL, data, withheld=asked).calibration
+        assert found.errors["calibrated/withheld"].mean < 0.35 * found.errors["frames/withheld"].mean
+        assert any("each is held to its ordinary size" in w for w in found.warnings)
+    assert fit_cell(CELL, data.select(np.arange(8))).calibration.rows == 8  # and none of them is withheld
+
+
+def test_what_is_held_to_its_size_is_what_scipy_finds() -> None:
+    names = (*FRAMES[:3], "tool.x", "A2.zero", "A3.zero", "A3.x")
+    data = measure(CELL, OFF, axis_values(CELL, 12, seed=3), seed=4, sigma=5e-5).without_orientation()
+    (part,) = prepare_sets(CELL, [data], names)
+    against, size = 2e-3, np.where([n.startswith("A") for n in names], 1e-3, np.inf)
+    pairs = [(part.model, data)]
+    ours = fit_parameters(pairs, ParameterSet.of(named_parameter(CELL, n) for n in names), against=against)
+
+    def rows(x):
+        lengths = (
+            np.linalg.norm(residuals(part.model, x, data)[:, :3], axis=1) / against / 3.0
+        )  # of three deviations an axis
+        return np.r_[3.0 * np.sqrt(6.0 * (np.sqrt(1.0 + lengths**2 / 3.0) - 1.0)), x / size]
+
+    by_hand = least_squares(rows, np.zeros(len(names)), x_scale=1e-3, xtol=1e-12, ftol=1e-12, gtol=1e-12).x
+    assert ours.parameters.values_array == pytest.approx(by_hand, abs=2e-6)
+    assert np.linalg.norm(by_hand[4:]) > 1e-3

@@ -11,7 +11,18 @@ from numpy.typing import NDArray
 from camrob.gap.observation.scene import Scene
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["Column", "Effect", "EffectParameter", "State", "Unit", "all_seen", "no_refinement", "no_terms", "not_wider"]
+__all__ = [
+    "Column",
+    "Effect",
+    "EffectParameter",
+    "State",
+    "Unit",
+    "all_seen",
+    "no_refinement",
+    "no_terms",
+    "none_likewise",
+    "not_wider",
+]
 
 Array = NDArray[np.float64]
 State = Mapping[str, float]
@@ -70,6 +81,7 @@ Terms = Callable[[Unit, State], tuple[str, ...]]
 Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
 Seen = Callable[[Sequence[Scene], Unit, State], bool]
 Wider = Callable[[Scene, State], tuple[Column, ...]]
+Likewise = Callable[[Sequence[Scene]], tuple[str, ...]]
 Accuses = Callable[[Mapping[str, float], Sequence[str]], str]
 
 
@@ -85,6 +97,11 @@ def all_seen(scenes: Sequence[Scene], unit: Unit, state: State) -> bool:
 
 def not_wider(scene: Scene, state: State) -> tuple[Column, ...]:
     """An effect that machines have as it is described."""
+    return ()
+
+
+def none_likewise(scenes: Sequence[Scene]) -> tuple[str, ...]:
+    """An effect that is told from any other by its pattern alone."""
     return ()
 
 
@@ -113,7 +130,8 @@ class Effect:
     all of a unit's pattern; a part of a period is any smooth function, so that its name is no more than likely. at_reversals:
     its axis jumps where it turns round, by the sum of a unit's values to either side, and stands off by the first one between.
     wider: what machines that have it may do beyond the description (a drive of second order), as columns of which there is a
-    share of 0 to 1 at the most; a far smaller name that these show as well is one of a class with it.
+    share of 0 to 1 at the most; a far smaller name that these show as well is one of a class with it. likewise: names that
+    these logs can't tell from it, as their cell or their columns lack what would; it is no more than likely then.
     """
 
     name: str
@@ -138,6 +156,7 @@ class Effect:
     at_reversals: bool = False
     wider: Wider = not_wider
     remedy: str = ""
+    likewise: Likewise = none_likewise
 
     @property
     def compensable(self) -> bool:

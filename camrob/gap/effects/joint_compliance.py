@@ -5,22 +5,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from camrob.gap.effects.common import arm_axes
+from camrob.dynamics.gravity import GRAVITY
+from camrob.gap.effects.common import arm_axes, found_once, under_even_kilogram, under_flange_kilogram
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
-from camrob.gap.effects.robot_size import ordinary_compliance
+from camrob.gap.effects.robot_size import ordinary_compliance, ordinary_sag, reach_of
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 
+Array = NDArray[np.float64]
+
 _LEAST_TORQUE = 0.5  # Nm
 _COMMON, _MOST, _NEGATIVE = 12.0, 100.0, 0.025  # times what is ordinary for such a robot
+_SAG = "sag"  # the unit of an axis of an arm whose masses nobody knows
+_LEAST_SAG = 0.02  # of what an axis gives under the arm stretched out: what shows nothing
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     cell = scenes[0].cell
     if not cell.masses:
-        return ()
+        return _by_length(scenes)
     usual = ordinary_compliance(cell)
     lower, upper, common = -_NEGATIVE * usual, _MOST * usual, _COMMON * usual
     return tuple(
@@ -30,12 +36,57 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     )
 
 
+def _by_length(scenes: Sequence[Scene]) -> tuple[Unit, ...]:
+    """Of an arm whose masses nobody knows: how far each axis gives, stretched out, under links that weigh by their lengths, and
+    under what the plate carries. Both together say any share of the one; what they weigh, and so a compliance, nobody can say.
+    """
+    usual = ordinary_sag()
+    most, common = _MOST * usual, _COMMON * usual
+    return tuple(
+        Unit(
+            "joint_compliance",
+            axis,
+            tuple(EffectParameter(f"{axis}_{by}_deg", "deg", usual, -most, most, common) for by in ("links", "plate")),
+            key=_SAG,
+        )
+        for k, axis in enumerate(arm_axes(scenes[0].cell))
+        if max(_share(s, axis, pull[k]) for s in scenes for pull in _pulls(s)) > _LEAST_SAG
+    )
+
+
+def _pulls(scene: Scene) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """(N, 6) each: how the tool moves where an arm axis gives by a radian stretched out, under even links and under the plate."""
+
+    def search() -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        most = GRAVITY * reach_of(scene.cell)
+        loads = (under_even_kilogram(scene), under_flange_kilogram(scene))
+        even, plate = (tuple(c.tcp / most for c in columns if c.tcp is not None) for columns in loads)
+        return even, plate
+
+    return found_once([scene], (_SAG,), search)
+
+
+def _share(scene: Scene, axis: str, pull: Array) -> float:
+    """Of the most that an axis can give: what it gives on a log (rms)."""
+    return float(np.linalg.norm(pull) / max(float(np.linalg.norm(scene.place(f"{axis}.zero"))), 1e-12))
+
+
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
+    if unit.key == _SAG:
+        k = arm_axes(scene.cell).index(unit.axis)
+        return tuple(Column(tcp=pull[k]) for pull in _pulls(scene))
     return (Column(tcp=scene.shift(unit.axis, scene.torque[:, scene.index(unit.axis)])),)
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:
-    return (f"{unit.axis}.compliance",)
+    return () if unit.key == _SAG else (f"{unit.axis}.compliance",)
+
+
+def _likewise(scenes: Sequence[Scene]) -> tuple[str, ...]:
+    """Where nobody knows what the links weigh, nobody can tell what gives way under them from a load
+    that nobody counted, and an axis that gives by the arm's moment from a foot that does.
+    """
+    return () if scenes[0].cell.masses else ("lean", "payload")
 
 
 EFFECT = Effect(
@@ -52,4 +103,5 @@ EFFECT = Effect(
     columns=_columns,
     accuracy=0.01,
     terms=_terms,
+    likewise=_likewise,
 )

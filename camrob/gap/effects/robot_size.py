@@ -9,7 +9,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.dynamics.gravity import GRAVITY
 
-__all__ = ["COMPLIANCE_RATIO", "compliances_beside", "ordinary_compliance", "rated_payload", "reach_of"]
+__all__ = ["COMPLIANCE_RATIO", "compliances_beside", "ordinary_compliance", "ordinary_sag", "rated_payload", "reach_of"]
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,11 @@ def ordinary_compliance(cell: Cell) -> float:
     """
     moved = [m.mass for m in cell.masses if cell.joints[cell.index(m.after)].role is not Role.WORKPIECE]
     return _GIVES / (GRAVITY * max(sum(moved), rated_payload(cell)) * reach_of(cell))
+
+
+def ordinary_sag() -> float:
+    """rad that an axis gives under the arm and its load, stretched out."""
+    return _GIVES
 
 
 def compliances_beside(known: Array, scale: float) -> Array:

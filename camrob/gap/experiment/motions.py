@@ -74,7 +74,7 @@ def trial_motions(scene: Scene) -> tuple[TrialMotion, ...]:
         force: bool = True,
     ) -> None:
         try:
-            made = make_scene(_log(thin, scene, of, q[::step], t[::step], warmer, force), of)
+            made = make_scene(_log(thin, scene, of, q[::step], t[::step], warmer, force), of, fitted=True)
         except LogError:
             return  # too little of the run is left
         found.append(TrialMotion(key, text, advice, q, float(np.ptp(t)), made))

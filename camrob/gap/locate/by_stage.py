@@ -83,7 +83,7 @@ def lacking(scene: Scene) -> tuple[str, ...]:
         sentences.append("no forces: what cutting forces bend can't be seen")
     if not scene.cell.masses:
         sentences.append(
-            "no masses in the cell: compliance, lean and payload can't be named, only that something follows the load"
+            "no masses in the cell: what gives way under gravity can't be told apart: compliance, a leaning foot, another load"
         )
     return tuple(sentences)
 

@@ -203,14 +203,14 @@ def make_scene(
     known: Frames | None = None,
     least: int = LEAST,
     laid: Frames | None = None,
-    together: bool = False,
+    fitted: bool = False,
 ) -> Scene:
     """Lay a log out on a cell. Rows without axis values, or without a measured position, are left aside.
 
     known: frames that another log has given, where their `fitted_left` and `fitted_right` are False; a log whose frames are all
-    known, by another log or by what LOG.toml says of them, may have as few as `least` rows. together: one of several sets of
-    poses in one frame, which have rows enough between them: it needs those for its own frames alone. laid: frames to lay the
-    log out with, instead of those that fit it best as the cell nominally is.
+    known, by another log or by what LOG.toml says of them, may have as few as `least` rows. fitted: it takes part in the fit; a
+    set of poses then needs those for its own frames alone, as every value is held to its ordinary size beside them. laid: frames
+    to lay the log out with, instead of those that fit it best as the cell nominally is.
 
     Where no position was measured, the encoders' own takes its place: then the gap is that of the drives alone. Set-points of a
     run that are goals, and jump, are passed over. Raises LogError for a log without measured positions that lacks set-points
@@ -238,7 +238,7 @@ def make_scene(
         log.info.measured_frame is MeasuredFrame.UNKNOWN and frames.fitted_left,
         log.info.target is Target.UNKNOWN and frames.fitted_right,
     )
-    fewest = _FRAME_POSES * max(1, sum(free)) if together else LEAST if any(free) else least
+    fewest = _FRAME_POSES * max(1, sum(free)) if fitted and log.info.poses else LEAST if any(free) else least
     if whole.sum() < fewest:
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
         raise log.error(what, hint=f"give at least {fewest}", at=int(np.argmin(whole)))

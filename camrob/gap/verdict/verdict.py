@@ -97,6 +97,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]
     alike = shown_by_simpler(model, library, named)
+    for effect in library:
+        if effect.name in named and (others := effect.likewise(model.scenes)):
+            alike[effect.name] = [*alike.get(effect.name, ()), *others]
     wider = {
         n: [*more, *alike.get(n, ())]
         for n, more in {**dict.fromkeys(alike, ()), **shown_by_wider(model, library, named)}.items()

@@ -159,16 +159,28 @@ def three_targets(counts=(8, 12, 10), **facts) -> list[MeasurementLog]:
     return logs
 
 
-def test_several_targets_need_rows_enough_between_them() -> None:
-    """30 poses on three reflectors, the first of which has 8, are one set; alone, or in frames of their own, they are refused."""
-    logs = three_targets()
-    assert [len(s) for s in fitted_scenes(logs, [ur10()] * 3)] == [8, 12, 10]
-    with pytest.raises(LogError, match="holds 8 whole samples; give at least 12"):
-        fitted_scenes(logs[:1], [ur10()])
-    with pytest.raises(LogError, match="holds 8 whole samples; give at least 12"):
-        fitted_scenes(three_targets(same_frame_as=""), [ur10()] * 3)
+def test_every_set_that_is_fitted_needs_poses_for_its_own_frames_alone() -> None:
+    """Eight where frame and target are open, four where one is or none: every value is held to its ordinary size beside them."""
+    assert [len(s) for s in fitted_scenes(three_targets(), [ur10()] * 3)] == [8, 12, 10]
+    assert [len(s) for s in fitted_scenes(three_targets()[:1], [ur10()])] == [8]
     with pytest.raises(LogError, match="holds 7 whole samples; give at least 8"):
         fitted_scenes(three_targets((7, 12, 10)), [ur10()] * 3)
+    known = seen_from(postures(5, 2), measured_frame=MeasuredFrame.WORLD, target=TARGET, poses=True)
+    known = MeasurementLog(known.columns, replace(known.info, target=Target.TOOL), known.path)
+    assert len(fitted_scenes([known.select(slice(0, 4))], [ur10()])[0]) == 4
+    with pytest.raises(LogError, match="holds 3 whole samples; give at least 4"):
+        fitted_scenes([known.select(slice(0, 3))], [ur10()])
+
+
+def test_ten_poses_show_the_zeros_and_no_more_is_said_than_they_tell() -> None:
+    """They were refused: 12 were needed. Judged on 40 poses in the same frames, beside what was predicted."""
+    asked = seen_from(postures(40, 2), seed=5, same_frame_as="set.csv", same_target_as="set.csv")
+    asked = MeasurementLog(asked.columns, asked.info, Path("asked.csv"))
+    told = diagnose([seen_from(postures(10, 1))], ur10(), withheld=[asked]).summary.to_json()
+    assert "joint_offset" in [e["effect"] for e in told["effects"] if e["probability"] >= 0.5]
+    together = told["together"]
+    assert together["rms_after_mm"] < 0.25 * together["rms_before_mm"]
+    assert together["predicted_shrink"] == pytest.approx(together["shrink"], abs=0.15)
 
 
 def test_three_targets_of_few_poses_show_the_zeros() -> None:

@@ -14,6 +14,7 @@ from test_gap_strangers import diagnosed
 
 from camrob.cell.read_cell import read_cell
 from camrob.gap.effects.common import under_even_kilogram, under_flange_kilogram
+from camrob.gap.effects.registry import library
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.measurement.read_log import read_log
 
@@ -57,11 +58,33 @@ def test_a_kilogram_spread_over_the_links_weighs_by_their_lengths(tmp_path: Path
 
 @pytest.mark.slow(after=1)
 @pytest.mark.parametrize("give", [{1: 2.0e-5, 2: 2.5e-5}, {2: 4e-5}])
-def test_what_gives_way_on_an_arm_of_unknown_masses_follows_the_load(give, tmp_path: Path) -> None:
-    """Geometry or an axis's zero was 86 to 96 % sure."""
+def test_what_gives_way_on_an_arm_of_unknown_masses_is_a_class(give, tmp_path: Path) -> None:
+    """Axes that give way, a load that nobody counted and a leaning foot are one name, with all three in its class. Geometry or an
+    axis's zero was 86 to 96 % sure once, and later nothing was claimed.
+    """
     assert diagnosed(set_of(UR, count=60, faults=Faults(give=give, rest=5e-5)), tmp_path) == 0
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert max((e["probability"] for e in found["effects"]), default=0.0) < 0.8
-    assert found["unknown"]["probability"] > 0.95
-    assert found["unknown"]["where"]["regimes"][:1] == ["load"]
-    assert {f"A{k + 1}" for k in give} & set(found["unknown"]["where"]["axes"])
+    (first,) = [e for e in found["effects"] if e["probability"] >= 0.5]
+    assert first["effect"] == "joint_compliance" and {"lean", "payload"} < set(first["class"])
+    assert first["probability"] < 0.8 < first["class_probability"]
+    assert first["axes"][0] in {f"A{k + 1}" for k in give}
+    assert found["together"]["shrink"] > 0.5
+    assert found["unknown"]["probability"] > 0.9  # the field beside it
+
+
+def test_an_axis_gives_by_what_links_of_their_lengths_and_the_plate_pull(tmp_path: Path) -> None:
+    """Stretched out, under even links and under the plate: gravity's work by hand, per radian that an axis gives there."""
+    scene, axis = scene_of(tmp_path)
+    effect = next(e for e in library() if e.name == "joint_compliance")
+    units = effect.units([scene], {})
+    assert [u.axis for u in units][:3] == ["A2", "A3", "A4"]  # A1 stands upright: gravity has no moment about it
+    reach = sum(
+        float(np.hypot(a, d)) for (_, a, _), (_, _, d) in zip(UR.rows[1:], [*UR.rows[2:], (0, 0, 0.0)], strict=True)
+    )
+    at, h = lambda q: placed(UR, q)[:, 2, 3], 1e-6
+    slope = np.stack([(at(axis + h * e) - at(axis - h * e)) / (2 * h) for e in np.eye(6)], axis=1)
+    _, plate = effect.columns(scene, units[0], {})
+    own = np.sum(plate.tcp * scene.place("A2.zero"), axis=1) / np.sum(scene.place("A2.zero") ** 2, axis=1)
+    assert own / own.std() == pytest.approx(-slope[:, 1] / slope[:, 1].std(), abs=2e-3)
+    assert 0.5 < (own / -slope[:, 1]).mean() * reach < 1.5
+    assert effect.likewise([scene]) == ("lean", "payload") and effect.terms(units[0], {}) == ()
