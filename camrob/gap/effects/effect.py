@@ -19,6 +19,7 @@ __all__ = [
     "Unit",
     "all_seen",
     "no_refinement",
+    "no_stand_in",
     "no_terms",
     "none_likewise",
     "not_wider",
@@ -81,6 +82,7 @@ Terms = Callable[[Unit, State], tuple[str, ...]]
 Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
 Seen = Callable[[Sequence[Scene], Unit, State], bool]
 Wider = Callable[[Scene, State], tuple[Column, ...]]
+StandIn = Callable[[Scene, State, Mapping[str, float], float], Mapping[str, Array]]
 Likewise = Callable[[Sequence[Scene]], tuple[str, ...]]
 Accuses = Callable[[Mapping[str, float], Sequence[str]], str]
 
@@ -103,6 +105,11 @@ def not_wider(scene: Scene, state: State) -> tuple[Column, ...]:
 def none_likewise(scenes: Sequence[Scene]) -> tuple[str, ...]:
     """An effect that is told from any other by its pattern alone."""
     return ()
+
+
+def no_stand_in(scene: Scene, state: State, values: Mapping[str, float], scale: float) -> Mapping[str, Array]:
+    """An effect of which no other is the limit."""
+    return {}
 
 
 def no_terms(unit: Unit, state: State) -> tuple[str, ...]:
@@ -132,6 +139,9 @@ class Effect:
     wider: what machines that have it may do beyond the description (a drive of second order), as columns of which there is a
     share of 0 to 1 at the most; a far smaller name that these show as well is one of a class with it. likewise: names that
     these logs can't tell from it, as their cell or their columns lack what would; it is no more than likely then.
+    stand_in: how the drives would stand, as its columns do, by axis, were another effect there instead (`stands_in`, by name), as
+    much by `scale` times its fitted values by parameter; NaN where nothing is known. Where that leaves as little, these logs
+    can't tell the two apart.
     """
 
     name: str
@@ -157,6 +167,8 @@ class Effect:
     wider: Wider = not_wider
     remedy: str = ""
     likewise: Likewise = none_likewise
+    stand_in: StandIn = no_stand_in
+    stands_in: str = ""
 
     @property
     def compensable(self) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.gap.effects.common import moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import first_order
+from camrob.gap.observation.signals import delayed, first_order
 
 __all__ = ["EFFECT"]
 
@@ -18,6 +18,7 @@ _START = 0.02  # s
 _LEAST = 1e-4  # s: less is as good as none, and its shape is the speed
 _LEAST_DAMPING = 0.25  # of a drive: with less it would ring for several swings
 _KEPT = 12  # states of which what was reckoned is kept
+_SETTLED = 5.0  # lags after which what was before a run no longer counts
 _STEP = 1e-4  # s, of the difference quotient
 
 Array = NDArray[np.float64]
@@ -100,6 +101,22 @@ def _wider(scene: Scene, state: State) -> tuple[Column, ...]:
     return (Column(tcp=total),)
 
 
+def _late_whole(scene: Scene, state: State, values: Mapping[str, float], scale: float) -> Mapping[str, Array]:
+    """How far each axis would be behind, were its set-points late by so many times its lag and followed at once. At the beginning
+    of a run nobody knows what the set-points were before.
+    """
+    found = {}
+    for k, axis in enumerate(scene.axes):
+        lag = values.get("tau_s", 0.0) + values.get(f"{axis}_beyond_s", 0.0) - state.get("cycle_s", 0.0)
+        if abs(lag) > _LEAST:
+            own = scene.command[:, [k]]
+            behind = (delayed(own, scene.t, scene.pieces, scale * lag) - own)[:, 0]
+            for run in scene.pieces:
+                behind[run][scene.t[run] < scene.t[run][0] + _SETTLED * abs(lag)] = np.nan
+            found[axis] = behind
+    return found
+
+
 EFFECT = Effect(
     name="servo_lag",
     physics="Every drive is a first-order filter on its set-points, with nearly one time constant; continuous, or once a cycle.",
@@ -113,4 +130,6 @@ EFFECT = Effect(
     trials=({"cycle_s": 0.0}, {"cycle_s": 0.004}, {"cycle_s": 0.012}),
     accuracy=0.015,
     wider=_wider,
+    stand_in=_late_whole,
+    stands_in="setpoint_delay",
 )

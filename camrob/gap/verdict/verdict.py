@@ -31,6 +31,7 @@ from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import held_to_values, implausible, unknown_shapes
 from camrob.gap.verdict.remains import at_drive, beyond_noise, claims, left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
+from camrob.gap.verdict.told_apart import not_told_apart
 from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
@@ -97,8 +98,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]
     alike = shown_by_simpler(model, library, named)
+    instead = not_told_apart(model, library, named)
     for effect in library:
-        if effect.name in named and (others := effect.likewise(model.scenes)):
+        if effect.name in named and (others := [*effect.likewise(model.scenes), *instead.get(effect.name, ())]):
             alike[effect.name] = [*alike.get(effect.name, ()), *others]
     wider = {
         n: [*more, *alike.get(n, ())]
