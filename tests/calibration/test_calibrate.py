@@ -17,7 +17,7 @@ from camrob.calibration.identify import Observability, identify
 from camrob.calibration.measurements import measurements_of
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.sets import fit_frames
-from camrob.calibration.terms import standard_names
+from camrob.calibration.terms import PARTS, standard_names
 from camrob.cell.load import PointMass
 from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run
@@ -121,8 +121,9 @@ def test_hopeless_fits_are_refused_by_name() -> None:
         calibrate_cell(CELL, measure(CELL, {}, still), names=["A4.zero", "A4.cos1"])
     with pytest.raises(LogError, match="holds 5 whole poses"):
         calibrate_cell(CELL, data.select(slice(0, 5)), share=0.0)
-    with pytest.raises(LogError, match="parameters need"):
-        calibrate_cell(CELL, data.select(slice(0, 9)), share=0.0)
+    asked = [f"base.{p}" for p in PARTS] + ["tool.x", "tool.y", "tool.z", *(f"A{k}.zero" for k in (2, 3, 4, 5)), "A3.x"]
+    with pytest.raises(LogError, match="14 parameters need at least 10"):
+        calibrate_cell(CELL, data.select(slice(0, 9)).without_orientation(), names=asked, share=0.0)
     wrong = measure(CELL, {"A6.zero": 0.2}, axis_values(CELL, 60))
     with pytest.raises(JobError, match=r"A6\.zero ended at the bound of what is plausible"):
         calibrate_cell(CELL, wrong, names=["A6.zero"])

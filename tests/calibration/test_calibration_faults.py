@@ -10,6 +10,7 @@ import pytest
 from calibration_sample import CELL, ROOT, axis_values, drawn, log_of, measure
 
 from camrob.calibration.calibrate import calibrate_cell
+from camrob.calibration.terms import PARTS
 from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run
 from camrob.errors import SingularError
@@ -44,8 +45,11 @@ def changed(measured: MeasurementLog, **columns) -> MeasurementLog:
 def test_too_few_poses(tmp_path, capsys) -> None:
     status, line = attempt(tmp_path, log(axis_values(CELL, 5)), capsys, "--share", "0")
     assert status == 2 and "holds 5 whole poses; measure at least 8, better 50" in line
-    status, line = attempt(tmp_path, log(axis_values(CELL, 9)), capsys, "--share", "0")
-    assert status == 2 and "holds 9 poses to fit" in line and "parameters need" in line
+    seen = log(axis_values(CELL, 9))
+    places = replace(seen, columns={n: v for n, v in seen.columns.items() if n not in ("a", "b", "c")})
+    asked = [f"base.{p}" for p in PARTS] + ["tool.x", "tool.y", "tool.z", *(f"A{k}.zero" for k in (2, 3, 4, 5)), "A3.x"]
+    status, line = attempt(tmp_path, places, capsys, "--share", "0", *(w for n in asked for w in ("--parameter", n)))
+    assert status == 2 and "holds 9 poses to fit" in line and "14 parameters need at least 10" in line
 
 
 def test_lost_rank_names_the_parameters(tmp_path, capsys) -> None:

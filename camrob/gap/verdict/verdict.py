@@ -18,7 +18,7 @@ from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
-from camrob.gap.verdict.at_drives import at_drives, shaped_at_drives
+from camrob.gap.verdict.at_drives import at_drives, not_told_apart, shaped_at_drives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
 from camrob.gap.verdict.carried_over import carried_over
@@ -31,7 +31,6 @@ from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import held_to_values, implausible, unknown_shapes
 from camrob.gap.verdict.remains import at_drive, beyond_noise, claims, left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
-from camrob.gap.verdict.told_apart import not_told_apart
 from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown

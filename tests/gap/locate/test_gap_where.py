@@ -200,7 +200,7 @@ def test_what_is_lacking_besides_stages_is_reported_too() -> None:
     columns = {k: v for k, v in log.columns.items() if k not in ("a", "b", "c", "temp", "fx", "fy", "fz")}
     cell = replace(kr15(), masses=())
     summary = diagnose([MeasurementLog(columns, log.info, log.path)], cell).summary.to_json()["where"]["missing"]
-    for words in ("no orientation", "no temperature", "no forces", "no masses in the cell: compliance"):
+    for words in ("no orientation", "no temperature", "no forces", "no masses in the cell: what gives way"):
         assert any(m.startswith(words) for m in summary)
 
 
