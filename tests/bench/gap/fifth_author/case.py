@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gap.fifth_author.kind import theme
@@ -11,7 +13,7 @@ from gap.second_author import design
 from gap.second_author.family import Description, Setting
 from gap.second_author.run import Run
 
-__all__ = ["case", "cause_of"]
+__all__ = ["Made", "case", "cause_of", "made"]
 
 # how likely something else is at work, too, by what is measured
 POSED = {
@@ -19,8 +21,8 @@ POSED = {
     "track": 0.3, "lean": 0.15, "hysteresis": 0.12, "payload": 0.05, "measurement_drift": 0.05,
 }  # fmt: skip
 MOVED = {
-    "servo_lag": 0.35, "friction": 0.25, "latency": 0.25, "backlash": 0.2, "gear_ripple": 0.2, "joint_offset": 0.25, "track": 0.25,
-    "joint_compliance": 0.25, "frame_base": 0.15, "hysteresis": 0.1,
+    "servo_lag": 0.35, "friction": 0.25, "latency": 0.25, "backlash": 0.2, "gear_ripple": 0.2, "joint_offset": 0.25,
+    "track": 0.25, "joint_compliance": 0.25, "frame_base": 0.15, "hysteresis": 0.1,
 }  # fmt: skip
 DRIVEN = {"servo_lag": 0.4, "friction": 0.4}
 RATES, ROWS = (10, 25, 50, 125), 1800
@@ -185,14 +187,14 @@ def _left(kind, rng, setting, designs, floor):
     """In half of the cases something that nobody has a name for, 1 to 10 times the noise."""
     make = kind.leftover if setting.log["tracker"] else kind.drive_leftover
     if rng.random() >= 0.5:
-        return [], 0.0, []
+        return []
     what = Description("leftover", make, most=400.0)
     want = floor * float(np.exp(rng.uniform(0, np.log(10))))
     try:
         found = plumbing.sized(what, setting, designs, int(rng.integers(1 << 30)), want)
-    except ValueError:
+    except ValueError:  # nothing moves
         found = None
-    return ([found[0]], found[1], plumbing._told(what, *found, designs)["alike"]) if found else ([], 0.0, [])
+    return [(what, *found)] if found else []
 
 
 def _drawn(kind, rng, setting, designs, about, floor, field):
@@ -214,32 +216,57 @@ def _warmth(folder, run, name, causes, rng):
     path.write_text("\n".join([head + ",temp", *(f"{r},{x:.2f}" for r, x in zip(rows, temp, strict=True))]) + "\n")
 
 
-def case(kind, seed, folder, off=False):
-    """Writes a case's cell and logs into `folder`; its label. `off` leaves out all causes and leftovers."""
+@dataclass
+class Made:
+    """A case before it is written: the generator of its noise, its machine and runs, what is at work as [(way, cause, mm)]."""
+
+    rng: np.random.Generator
+    about: str
+    name: str
+    log: dict
+    runs: list
+    designs: list
+    noise: dict
+    floor: float
+    left: list
+    drawn: list
+
+
+def made(kind, seed):
+    """What a seed's case is."""
     rng = np.random.default_rng([seed, 5])
     about = theme(kind, seed)
     log = _log(rng, _show(rng, about))
     if about == "measurement_drift" or (about in ("payload", "thermal_drift") and rng.random() < 0.6):
         log["frame"] = "world"
+        log["target"] = "tool" if about == "payload" else log["target"]
     name, robot = _machine(kind, rng, about)
     runs = _runs(kind, rng, robot, about, log)
     setting = Setting(robot, runs, log)
     designs = [design.Design(r, log) for r in runs]
     noise, floor = _noise(rng, kind, log, runs)
-    others, field, field_alike = _left(kind, rng, setting, designs, floor)
-    drawn = _drawn(kind, rng, setting, designs, about, floor, field)
-    if off:
-        others, field, field_alike, drawn = [], 0.0, [], []
+    left = _left(kind, rng, setting, designs, floor)
+    drawn = _drawn(kind, rng, setting, designs, about, floor, left[0][2] if left else 0.0)
+    return Made(rng, about, name, log, runs, designs, noise, floor, left, drawn)
+
+
+def case(kind, seed, folder, off=False):
+    """Writes a case's cell and logs into `folder`; its label. `off` leaves out all that is at work."""
+    got = made(kind, seed)
+    robot, left, drawn = kind.cells[got.name](), [] if off else got.left, [] if off else got.drawn
+    field = plumbing._told(*left[0], got.designs) if left else {"size_mm": 0.0, "alike": []}
     label = {
-        "seed": seed, "family": kind.name, "cell": robot.name, "robot": name, "about": about, "kind": str(len(drawn)), "log": log,
-        "noise": noise, "noise_mm": floor, "leftover_mm": field, "leftover_alike": field_alike,
-        "causes": [plumbing._told(d, c, s, designs) for d, c, s in drawn], "rows": [], "target_mm": [0.0, 0.0, 0.0],
+        "seed": seed, "family": kind.name, "cell": robot.name, "robot": got.name, "about": got.about, "kind": str(len(drawn)),
+        "log": got.log, "noise": got.noise, "noise_mm": got.floor, "leftover_mm": field["size_mm"],
+        "leftover_alike": field["alike"], "causes": [plumbing._told(*d, got.designs) for d in drawn], "rows": [],
+        "target_mm": [0.0, 0.0, 0.0],
     }  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)
-    causes = [*others, *(c for _, c, _ in drawn)]
-    plumbing._write(folder, robot, runs, causes, log, noise, rng, label)
-    if log["show"] == "poses" and rng.random() < 0.5:
+    causes = [c for _, c, _ in (*left, *drawn)]
+    plumbing._write(folder, robot, got.runs, causes, got.log, got.noise, got.rng, label)
+    if got.log["show"] == "poses" and got.rng.random() < 0.5:
         label["temperature"] = True
-        for run, what in zip(runs, [*(f"run_{'abc'[k]}" for k in range(len(runs) - 1)), "withheld"], strict=True):
-            _warmth(folder, run, what, causes, rng)
+        names = [*(f"run_{'abc'[k]}" for k in range(len(got.runs) - 1)), "withheld"]
+        for run, name in zip(got.runs, names, strict=True):
+            _warmth(folder, run, name, causes, got.rng)
     return label

@@ -12,6 +12,7 @@ __all__ = ["KIND"]
 
 KIND = Kind(
     name="fifth dev", first=9001, cells=CELLS, known=KNOWN, foreign=FOREIGN, leftover=leftover, drive_leftover=drive_leftover,
-    poses=dev_moves.POSES, paths=dev_moves.PATHS, warm="warm_up", on_track=("stations", "shuttle"), six=("cube", "grid", "ballbar"),
+    poses=dev_moves.POSES, paths=dev_moves.PATHS, warm="warm_up", on_track=("stations", "shuttle"),
+    six=("cube", "grid", "ballbar"),
     mornings=True, sigma=(0.01, 0.04),
 )  # fmt: skip

@@ -87,7 +87,7 @@ def rail(s, rng, strength):
 
 
 def thermal(s, rng, strength):
-    """A morning from cold: each link takes its own motor's heat in a time of its own and grows; the shoulder's warm side leans it."""
+    """A morning from cold: each link takes its motor's heat in a time of its own and grows; the shoulder's warm side leans it."""
     robot = s.robot
     hot = rng.uniform(8, 20, len(robot.arm)) * np.linspace(1.0, 0.6, len(robot.arm)) * strength
     slow = rng.uniform(25, 60, len(robot.arm)) * 60.0

@@ -1,4 +1,4 @@
-"""DEV's machines, after public data sheets, round numbers: a cobot of 5 kg, a welder on a rail, a small arm that hangs, a handler."""
+"""DEV's machines, after public data sheets: a cobot of 5 kg, a welder on a rail, a small arm that hangs, a handler on a track."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""DEV's procedures: a cube of ISO 9283, a grid of calibration, a morning's warm-up, stations of a track; ball-bar circles, shuttles."""
+"""DEV's procedures: the cube of ISO 9283, a grid, a morning's warm-up, stations of a track; ball-bar circles, shuttles, steps."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def jet(s, rng, strength):
 
 
 def held_back(s, rng, strength):
-    """A feed-drive's limit of current: where an axis is asked for more speed than its load lets through, it falls behind and catches up."""
+    """A limit of current: asked for more speed than it can give, an axis falls behind and catches up later."""
     moving = [i for i in s.moving() if i in s.robot.arm]
     if not moving:
         raise ValueError("nothing moves")

@@ -20,8 +20,9 @@ THEMES = {
 class Kind:
     """A family.
 
-    first: its first seed, from which fifty count. warm: the procedure of hours. on_track: those that need a carriage. six: those that
-    need six axes. mornings: each log of hours begins with a cold machine; else it goes on where the last ended. sigma: mm.
+    first: its first seed, from which fifty count. warm: the procedure of hours. on_track: those that need a carriage.
+    six: those that need six axes. mornings: each log of hours begins
+    with a cold machine; else it goes on where the last ended. sigma: mm.
     """
 
     name: str

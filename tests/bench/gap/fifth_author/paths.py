@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial.transform import Rotation
@@ -55,7 +57,7 @@ def ramped(length, speed, acceleration):
 
 
 def led(robot, values, length, speed, acceleration=1.5):
-    """Set-points of one move through axis values (K, n) at even lengths of the tool's way, m and m/s; slower where an axis must."""
+    """Set-points of one move through axis values (K, n) at even lengths of the tool's way (m, m/s); slower where an axis must."""
     s = np.linspace(0.0, length, len(values))
     curve = CubicSpline(s, values)
     top = np.array([r.speed for r in robot.rows]) * robot.unit * 0.7
@@ -68,7 +70,7 @@ def hopped(robot, stations, share=0.3, pause=0.4, rate=2.0):
     """Set-points from station to station (K, n), all axes in step, at a share of their speeds; a pause at each."""
     top = np.array([r.speed for r in robot.rows]) * robot.unit * share
     out = [np.repeat(stations[:1], int(pause / STEP) + 1, 0)]
-    for a, b in zip(stations[:-1], stations[1:], strict=True):
+    for a, b in pairwise(stations):
         least = float((np.abs(b - a) / top).max()) + 1e-6
         total, way = ramped(least, 1.0, rate)
         out.append(a + np.outer(way(np.arange(0.0, total, STEP)) / least, b - a))

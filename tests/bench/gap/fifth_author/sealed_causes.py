@@ -27,15 +27,12 @@ def payload(s, rng, strength):
     stiff = np.array(robot.stiffness) * rng.uniform(0.8, 1.25, len(robot.arm))
     knee = np.array([np.abs(np.concatenate([r.load[:, i] for r in s.runs])).max() for i in robot.arm]) * 0.5 + 1.0
     plate = strength / (3.0 * robot.stiffness[-1])
-    mass, centre, seconds = (
+    mass, centre = (
         float(robot.rated * rng.uniform(0.25, 0.6)),
         np.array([*rng.uniform(-50, 50, 2), rng.uniform(60, 180)]),
-        0.0,
     )
-    picked = rng.random() < 0.5
-    if picked:
-        seconds = rng.uniform(0.15, 0.35)
-    else:
+    picked, period = rng.random() < 0.5, rng.uniform(0.15, 0.35)  # the period a share of the log
+    if not picked:
         shift = rng.normal(size=3)
         shift *= rng.uniform(60, 140) * (robot.rated / 20) ** 0.3 / np.linalg.norm(shift)
 
@@ -43,7 +40,7 @@ def payload(s, rng, strength):
         if not picked:
             told = np.array(robot.bodies[-1].centre)
             return pull(run, robot.payload, told + shift) - pull(run, robot.payload, told)
-        held = ((run.t / run.t[-1] / seconds + 0.25) % 1.0 < 0.5).astype(float)
+        held = ((run.t / run.t[-1] / period + 0.25) % 1.0 < 0.5).astype(float)
         return pull(run, mass, centre) * held[:, None]
 
     def link(run):
@@ -137,8 +134,8 @@ def rail(s, rng, strength):
 
 
 def thermal(s, rng, strength):
-    """Two nodes an axis: a motor warms its gear, which warms the link; at the break both cool. Links grow, gears turn back by their
-    oil's heat, the pedestal follows the hall's day.
+    """Two nodes an axis: a motor warms its gear, which warms the link; at the break both cool. Links grow, gears turn by
+    their warmth, the pedestal follows the hall's day.
     """
     robot = s.robot
     n = len(robot.arm)
@@ -183,7 +180,7 @@ def thermal(s, rng, strength):
 
 
 def instrument_drift(s, rng, strength):
-    """A camera on a mast: the mast bends with the sun that comes round, and its scale follows its own warmth after it was switched on."""
+    """A camera on a mast: the sun that comes round bends the mast, and the camera's own warmth changes its scale."""
     mast = np.array([rng.uniform(-3, -2), rng.uniform(-1, 1), 2.5])
     bend, own = rng.normal(size=3) * 1.2e-5 * strength, strength * rng.choice([-1, 1]) * rng.uniform(1e-5, 4e-5)
     day = rng.uniform(3, 6) * 3600
@@ -215,7 +212,7 @@ def zeros(s, rng, strength):
 
 
 def geometry(s, rng, strength):
-    """Level axes that are not quite parallel, a forearm that was exchanged for one of another batch, a hand with a worn centring."""
+    """Level axes that are not quite parallel, a forearm of another batch, a hand with a worn centring."""
     robot = s.robot
     arm = robot.arm
     size = sum(abs(r.a) + abs(r.d) for r in robot.rows) / 3000
@@ -292,7 +289,7 @@ def friction(s, rng, strength):
 
 
 def backlash(s, rng, strength):
-    """A gear of two stages, each with its play: the first is taken up by little, the second by the rest, and a bearing creeps after."""
+    """A gear of two stages, each with its play: the first is taken up by little, the second by the rest."""
     moving = [i for i in s.moving() if i in s.robot.arm]
     if not moving:
         raise ValueError("nothing moves")
@@ -354,11 +351,7 @@ def turned_back(s, rng, strength):
         for reach in reaches:
             state = 0.0
             for k, step in enumerate(np.diff(at, prepend=at[0]) / reach):
-                state += (
-                    step * (1 - np.sign(step) * state)
-                    if abs(step) < 0.5
-                    else (np.sign(step) - state) * (1 - np.exp(-abs(step)))
-                )
+                state += (np.sign(step) - state) * (1 - np.exp(-abs(step)))
                 out[k] -= size / len(reaches) * state
         return axis_delta(run, {i: out})
 

@@ -1,4 +1,4 @@
-"""SEALED's machines, after public data sheets, round numbers: another cobot, a press tender, an arm on a rail, one under a rail, a column."""
+"""SEALED's machines, after public data sheets: another cobot, a press tender, an arm on a rail, one under a rail, a column."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ def tender():
         Body("A4", 80, (0, 20, -380)), Body("A5", 40, (0, 0, 20)), Body("A6", 95, (-40, 60, 180)),
     ]  # fmt: skip
     return Machine(
-        "press_tender", "a tender of 165 kg at a press", arm(numbers, ranges, (130, 115, 125, 180, 180, 260), (1, 1, -1, 1, -1, 1)),
+        "press_tender", "a tender of 165 kg at a press",
+        arm(numbers, ranges, (130, 115, 125, 180, 180, 260), (1, 1, -1, 1, -1, 1)),
         [-20, 10, -5, 10, -65, 0], bodies, tool=(0, 180, 360, 0, 0, 0), known=True, payload=95.0, ratio=144,
         stiffness=(2.6e6, 3.0e6, 2.2e6, 5e5, 4e5, 3e5), size=0.35, rated=165, foot=4e7,
     )  # fmt: skip
@@ -90,7 +91,8 @@ def column():
         Body("A3", 1.0, (0, 20, 30)),
     ]
     return Machine(
-        "column_400", "a lift that carries three level axes", [lift, *arm(level, [(-95, 95), (10, 170), (-350, 350)], (360, 500, 720))],
+        "column_400", "a lift that carries three level axes",
+        [lift, *arm(level, [(-95, 95), (10, 170), (-350, 350)], (360, 500, 720))],
         [180, -20, 70, 30], bodies, base=place(z=80), tool=(0, 45, 60, 0, 0, 0), payload=1.0, ratio=60,
         stiffness=(6e3, 4e3, 2e3), size=0.1, rated=1, metal=23e-6, foot=8e4,
     )  # fmt: skip

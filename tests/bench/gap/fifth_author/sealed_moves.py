@@ -1,4 +1,4 @@
-"""SEALED's procedures: a hypercube, a home pose between loops of work, legs of a carriage, axes one by one; straight rails, swings."""
+"""SEALED's procedures: a hypercube, home between loops of work, legs of a carriage, axes one by one; straight rails, swings."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def homing(robot, rng, count):
 
 
 def legs(robot, rng, count):
-    """A carriage goes to places in any order, each reached from a side of its own; a posture at a time, the arm turned otherwise."""
+    """A carriage goes to places by the golden section, with one posture of the arm after the other."""
     i, row = robot.carriage[-1], robot.rows[robot.carriage[-1]]
     c = np.repeat(near(robot, rng, 35, count=5), -(-count // 5), axis=0)[:count]
     along = (np.arange(count) * 0.6180339887 + rng.random()) % 1.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -128,18 +130,15 @@ FOREIGN = [
 
 
 def leftover(s, rng, strength):
-    """Castings bend by the square of what they carry, cables at the wrist pull by how far two axes are twisted together, and zeros
-    wander slowly in time as seals warm and settle.
+    """Castings bend by the square of what they carry, cables pull by how far two axes are twisted together, and zeros wander
+    slowly in time as seals warm and settle.
     """
     arm, n = s.robot.arm, len(s.robot.names)
     bent = {
         i: (np.radians(rng.normal() * 0.004), np.abs(s.runs[0].load[:, i]).max() + 1e-6)
         for i in arm[: min(3, len(arm))]
     }
-    pairs = [
-        (int(a), int(b), np.radians(rng.normal() * 0.003), rng.uniform(0.5, 1.5))
-        for a, b in zip(arm[:-1], arm[1:], strict=True)
-    ]
+    pairs = [(int(a), int(b), np.radians(rng.normal() * 0.003), rng.uniform(0.5, 1.5)) for a, b in pairwise(arm)]
     knots = rng.normal(size=(60, n)) * np.radians(0.0012)
     seats = {i: rng.normal(size=(3, 6)) * np.array([3e-5] * 3 + [2e-5] * 3) for i in arm[1:]}
 
