@@ -35,6 +35,10 @@ Array = NDArray[np.float64]
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _TOGETHER = (POSITION, ORIENTATION, FORCE)
+_AXES_BESIDE = (
+    "give A1.. (encoders) or cA1.. (set-points), logged beside each reading ($AXIS_ACT, CJointT, actual_q); of a pose that the "
+    "controller tells, the maker's own inverse gives them, in the configuration that it was in"
+)
 # from the first on, as many as there are
 _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT[: len(AXES)])
 _ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
@@ -145,7 +149,8 @@ def _check_axes(names: Sequence[str], path: Path) -> None:
             raise LogError(f"has a column {row[count - 1]} but no column {missing[0]}", hint=hint, path=path, line=1)
     places = (*AXES, *EXTERNAL)
     if not any(n in names or f"c{n}" in names for n in places):
-        raise LogError("has no axis values", hint="give A1.. (encoders) or cA1.. (set-points)", path=path, line=1)
+        what = "has no axis values: the tool's places alone can't tell which axis is off"
+        raise LogError(what, hint=_AXES_BESIDE, path=path, line=1)
     if not any(n in names for n in places):
         return
     for name in places:
