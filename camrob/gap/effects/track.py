@@ -18,6 +18,13 @@ __all__ = ["EFFECT"]
 # powers of the place on the track that the carriage turns with; a constant about x and y is the foot's, not the track's
 _POWERS = {"x": (1, 2), "y": (1, 2), "z": (0, 1, 2)}
 _PARTS = {"beyond": SHIFTS, "turned": TURNS}  # kinds of units of a rail in pieces, and what they move
+# of a long rail, m: the shortest wave that points of alignment a metre apart leave, and how many half waves at the most
+_SHORTEST, _HALF_WAVES, _LONG = 0.9, 8, 4
+_WAVE, _ROLL = mm_to_m(0.1), deg_to_rad(0.01)  # as rails are aligned, from point to point
+_COURSES = {
+    "waves": ("", _WAVE, "mm"),
+    "rolls": ("r", _ROLL, "deg"),
+}  # kinds of units of a long rail, and what they move
 _SLOPE, _MOST = 2e-4, 20.0  # m a m, as rails are laid; times the ordinary size that no rail has
 
 
@@ -46,8 +53,27 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
                 for k in _POWERS[p]
             )
             units.append(Unit("track", joint.name, turns, key=f"turning {middle:.6f} {half:.6f} {p}"))
+        units += _courses(joint.name, float(travel.min()), float(travel.max()))
         units += _pieces(scenes, joint.name)
     return tuple(units)
+
+
+def _courses(axis: str, first: float, last: float) -> list[Unit]:
+    """Of a rail that is long beside the way from one point that it was aligned at to the next: shifts and turns in half waves."""
+    count = min(int(2.0 * (last - first) / _SHORTEST), _HALF_WAVES)
+    if count < _LONG:
+        return []
+    units = []
+    for kind, (turns, size, unit) in _COURSES.items():
+        parameters = tuple(
+            EffectParameter(
+                f"{axis}_{kind}{k}_{turns}{p}_{unit}", unit, size, -_MOST * size, _MOST * size, beside=k == 0
+            )
+            for k in range(count + 1)
+            for p in "xyz"
+        )
+        units.append(Unit("track", axis, parameters, key=f"{kind} {first:.6f} {last:.6f} {count}"))
+    return units
 
 
 def _pieces(scenes: Sequence[Scene], axis: str) -> list[Unit]:
@@ -83,6 +109,12 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     if kind in _PARTS:
         beyond = piece(scene, unit.axis, float(middle), _PARTS[kind])
         return tuple(Column(tcp=beyond[:, :, k]) for k in range(beyond.shape[2]))
+    if kind in _COURSES:
+        last, count = rest
+        s = np.clip((u - float(middle)) / (float(last) - float(middle)), 0.0, 1.0)
+        turns = _COURSES[kind][0]
+        waves = [np.cos(np.pi * k * s) for k in range(int(count) + 1)]
+        return tuple(Column(tcp=scene.place(f"root.{turns}{p}") * w[:, None]) for w in waves for p in "xyz")
     half, *about = rest
     s = (u - float(middle)) / float(half)
     if kind == "straightness":
