@@ -16,7 +16,15 @@ from camrob.gap.verdict.companions import only_companions
 from camrob.summaries.diagnosis_summary import UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["held_to_values", "implausible", "squares", "unknown_shapes", "unknown_text", "unusual"]
+__all__ = [
+    "doubted_unless_clear",
+    "held_to_values",
+    "implausible",
+    "squares",
+    "unknown_shapes",
+    "unknown_text",
+    "unusual",
+]
 
 _SIGMAS = 4.0  # of the fit, that a value may be beyond its range by chance
 _RANK = 1e-9  # of the largest singular value of covariances
@@ -68,6 +76,16 @@ def held_to_values(model: Model, probability: Mapping[str, float]) -> dict[str, 
         n for n, p in probability.items() if p > BELIEF.likely
     )
     return {**probability, **{n: BELIEF.likely for n in sure if squares(model, n) < BELIEF.stands_out}}
+
+
+def doubted_unless_clear(model: Model, probability: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of effects, of which one is in doubt that is as likely as not and whose values don't stand out: what takes
+    less than half of what it moves, of whose values little is known, is a leftover's likeness.
+    """
+    asked = model.evidence.effects_of(model.best.members).intersection(
+        n for n, p in probability.items() if 0.5 <= p <= BELIEF.takes_less
+    )
+    return {**probability, **{n: BELIEF.unclear for n in asked if squares(model, n) < BELIEF.stands_out}}
 
 
 def squares(model: Model, name: str) -> float:

@@ -28,7 +28,7 @@ from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import partly_seen
-from camrob.gap.verdict.plausible import held_to_values, implausible, unknown_shapes
+from camrob.gap.verdict.plausible import doubted_unless_clear, held_to_values, implausible, unknown_shapes
 from camrob.gap.verdict.remains import at_drive, beyond_noise, claims, left_panels, remains, residual_regimes, suspects
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
@@ -92,7 +92,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         probability = beside_more(model, trial, together, probability, library)
     trials = (trial, blocks) if trial.named else (trial,)
     held = held_to_delivery(model, trials, probability, drives)
-    probability = restored(model, trials, held, [*reasons, *worse], drives)
+    probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *worse], drives))
     if (left_over := claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from camrob.gap.verdict.belief import BELIEF
-from camrob.gap.verdict.plausible import held_to_values, squares
+from camrob.gap.verdict.plausible import doubted_unless_clear, held_to_values, squares
 
 CASES = Path(__file__).with_name("sure_cases.csv")
 STRANGERS = ("second", "third", "fourth")  # makers who had not read the library
@@ -40,6 +40,13 @@ def test_only_a_name_whose_values_stand_out_is_nearly_sure(errors: float, said: 
     model = Fitted([errors, 4.0, 3.0], np.eye(3).tolist())
     told = held_to_values(model, {"one": 0.97, "two": 0.6, "absent": 0.9})  # type: ignore[arg-type]
     assert told == {"one": pytest.approx(said), "two": 0.6, "absent": 0.9}
+
+
+def test_a_name_as_likely_as_not_of_whose_values_little_is_known_is_no_claim() -> None:
+    model = Fitted([5.0, 40.0, 3.0], np.eye(3).tolist())
+    for said, one in ((0.55, BELIEF.unclear), (0.51, BELIEF.unclear), (0.6, 0.6), (0.4, 0.4)):
+        told = doubted_unless_clear(model, {"one": said, "two": said, "absent": said})  # type: ignore[arg-type]
+        assert told == {"one": one, "two": said, "absent": said}
 
 
 def recorded() -> list[tuple[str, float, bool]]:
