@@ -16,7 +16,7 @@ __all__ = ["EFFECT"]
 
 _CHOICES = 300  # orders that could have been picked
 _TURNS = "turns"  # the unit of what repeats once and twice a turn of the axis
-_RANGE = deg_to_rad(20.0)  # that an axis passes at the least, for this to be more than a zero
+_RANGE = deg_to_rad(180.0)  # that an axis passes at the least: of less than half a turn any smooth course looks so
 _TURN = deg_to_rad(0.01)  # its ordinary size
 _HARMONICS = ((1, deg_to_rad(0.006)), (2, deg_to_rad(0.001)))  # times the order, ordinary size
 

@@ -52,7 +52,6 @@ def spring_at_the_tip(world) -> None:
     ("name", "apply", "axes"),
     [
         ("gear_ripple", two_ripples, {"A1", "A2"}),
-        ("gear_ripple", eccentric_encoder, {"A2"}),
         ("servo_lag", lag_of_each_axis, None),
         ("thermal_drift", foot_that_warms_up, None),
         ("track", sagging_track, {"E1"}),
@@ -67,6 +66,15 @@ def test_an_effect_in_other_words_keeps_its_name(name: str, apply, axes: set[str
     assert found.summary.to_json()["together"]["shrink"] > 0.3
     if axes is not None:
         assert set(found.summary.to_json()["effects"][0]["axes"]) == axes
+
+
+@pytest.mark.slow
+def test_an_eccentric_encoder_of_which_a_part_of_a_turn_is_seen_is_a_course_of_its_axis() -> None:
+    """It was a ripple at 78 % at the most; any smooth course of A2 looks so."""
+    found = diagnose([simulated(eccentric_encoder, sigma_mm=0.02)], kr15()).summary.to_json()
+    assert max((e["probability"] for e in found["effects"]), default=0.0) < 0.8
+    assert found["unknown"]["probability"] > 0.9
+    assert found["unknown"]["where"]["axes"][:1] == ["A2"] and found["unknown"]["where"]["regimes"][:1] == ["position"]
 
 
 @pytest.mark.slow

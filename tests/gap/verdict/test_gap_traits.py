@@ -34,7 +34,7 @@ def passing(degrees: float):
 
 
 @pytest.mark.parametrize(
-    ("degrees", "order", "whole"), [(90, 1, False), (361, 1, True), (22, 17, False), (42, 17, False), (43, 17, True)]
+    ("degrees", "order", "whole"), [(190, 1, False), (361, 1, True), (22, 17, False), (42, 17, False), (43, 17, True)]
 )
 def test_a_ripple_is_whole_where_its_axis_passes_its_turn_or_two_cycles(
     degrees: float, order: float, *, whole: bool
@@ -45,6 +45,13 @@ def test_a_ripple_is_whole_where_its_axis_passes_its_turn_or_two_cycles(
         u for u in effect.units([passing(degrees)], state) if u.axis == "A1" and ("order" in u.key) == (order != 1)
     ]
     assert [effect.whole([passing(degrees)], u, state) for u in units] == [whole]
+
+
+def test_of_less_than_half_a_turn_no_ripple_is_offered() -> None:
+    """A counterweight's stop, and a carriage's waves, were a ripple of A2 at 62 to 78 %, which passed 120 degrees."""
+    effect = next(e for e in library() if e.orders)
+    assert [u.axis for u in effect.units([passing(170.0)], {})] == []
+    assert [u.key for u in effect.units([passing(170.0)], {"A1_order": 50.0})] == ["A1_order"]
 
 
 def test_effects_without_a_period_are_always_seen_whole() -> None:
