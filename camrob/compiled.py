@@ -17,7 +17,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from camrob.machine_code import Entry, entry_of
+from camrob.machine_code import Entry, entries_of
 
 __all__ = ["Kernel", "bare", "inlined", "kernel", "part", "take_parts"]
 
@@ -35,16 +35,16 @@ class Kernel:
         self.name = f"{function.__module__}:{function.__qualname__}"
         self.py_func = function
         self.options = options
-        self._looked = False
-        self._entry: Entry | None = None
+        self._entries: tuple[Entry, ...] | None = None
         functools.update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
         """Run it: the machine code that was compiled ahead where it is made for such arguments, else Numba's."""
-        if not self._looked:
-            self._entry, self._looked = entry_of(self.name), True
-        if self._entry is not None and self._entry.takes(arguments):
-            return self._entry.call(*arguments)
+        if self._entries is None:
+            self._entries = entries_of(self.name)
+        for entry in self._entries:
+            if entry.takes(arguments):
+                return entry.call(*arguments)
         return self.dispatcher(*arguments)
 
     @functools.cached_property

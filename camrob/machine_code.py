@@ -27,7 +27,7 @@ __all__ = [
     "LEVELS",
     "Entry",
     "cache_folder",
-    "entry_of",
+    "entries_of",
     "home",
     "keep_kernels_fresh",
     "level",
@@ -111,9 +111,9 @@ def ready_library() -> Path | None:
     return next((folder / library_name() for folder in _homes() if (folder / library_name()).is_file()), None)
 
 
-def module_name(kernel: str) -> str:
-    """A kernel, module:name, as the library's module for it is called."""
-    return kernel.replace("_", "_0").replace(".", "_1").replace(":", "_2")
+def module_name(kernel: str, way: int) -> str:
+    """A kernel, module:name, as the library's module for the `way`-th kind of its arguments is called."""
+    return kernel.replace("_", "_0").replace(".", "_1").replace(":", "_2") + f"_3{way}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,20 +135,25 @@ def _holds(check: Check, argument: Any) -> bool:
     return check(argument)
 
 
-def entry_of(kernel: str) -> Entry | None:
-    """The machine code of a kernel, module:name; None where there is none for today's sources, or none is wanted."""
+def entries_of(kernel: str) -> tuple[Entry, ...]:
+    """The machine code of a kernel, module:name, one a kind of arguments; () where there is none for today's sources, or none is
+    wanted.
+    """
     library = _library()
-    if library is None or kernel not in _signatures():
-        return None
-    name = module_name(kernel)
-    loader = importlib.machinery.ExtensionFileLoader(name, str(library))
-    spec = importlib.util.spec_from_loader(name, loader)
-    try:
-        module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
-        loader.exec_module(module)
-    except ImportError:  # made by another Python, or cut off: Numba will do
-        return None
-    return Entry(getattr(module, name), tuple(map(_check, _signatures()[kernel])))
+    if library is None:
+        return ()
+    found = []
+    for way, arguments in enumerate(_signatures().get(kernel, ())):
+        name = module_name(kernel, way)
+        loader = importlib.machinery.ExtensionFileLoader(name, str(library))
+        spec = importlib.util.spec_from_loader(name, loader)
+        try:
+            module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
+            loader.exec_module(module)
+        except ImportError:  # made by another Python, or cut off: Numba will do
+            return ()
+        found.append(Entry(getattr(module, name), tuple(map(_check, arguments))))
+    return tuple(found)
 
 
 @functools.cache
@@ -159,9 +164,11 @@ def _library() -> Path | None:
 
 
 @functools.cache
-def _signatures() -> dict[str, tuple[Any, ...]]:
-    rows = json.loads((HERE / "warm" / "kernels.json").read_text("utf-8"))
-    return {row["kernel"]: tuple(row["arguments"]) for row in rows}
+def _signatures() -> dict[str, list[list[Any]]]:
+    ways: dict[str, list[list[Any]]] = {}
+    for row in json.loads((HERE / "warm" / "kernels.json").read_text("utf-8")):
+        ways.setdefault(row["kernel"], []).append(row["arguments"])
+    return ways
 
 
 def _check(spelling: Any) -> Check:

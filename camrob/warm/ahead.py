@@ -130,7 +130,7 @@ def _library_made(folder: Path) -> bool:
             tasks = [_Task(SHARED_SECONDS, compile_shared_part, (place,))]
             tasks += [_Task(kernel.seconds, compile_object, (kernel, place)) for kernel in kernels]
             shared, *objects = _all_done(tasks)
-            link([*shared, *map(str, objects)], [module_name(kernel.kernel) for kernel in kernels], folder)
+            link([*shared, *map(str, objects)], [module_name(kernel.kernel, kernel.way) for kernel in kernels], folder)
     except BrokenProcessPool:
         raise
     except Exception as error:  # whatever a platform's compiler raises, or that it has none

@@ -32,8 +32,8 @@ _SHARED = "kernels"  # what is in the library once, whose beginning each kernel'
 
 
 def compile_object(kernel: Known, folder: Path) -> Path:
-    """A kernel's object file in `folder`, for the processors that this one is among."""
-    dispatcher, name = kernel.dispatcher(), module_name(kernel.kernel)
+    """The object file in `folder` of a kernel for one kind of arguments, for the processors that this one is among."""
+    dispatcher, name = kernel.dispatcher(), module_name(kernel.kernel, kernel.way)
     entry = pycc.ExportEntry(name, signature(None, *kernel.types()), dispatcher.py_func)
     compiler = pycc.ModuleCompiler([entry], name, use_nrt=True, cpu_name=LEVELS[level()])
     compiler.external_init_function = f"pycc_init_{_SHARED}"

@@ -7,6 +7,7 @@ Types are spelled as JSON: a scalar by its name, an array as an object with its 
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.resources import files
@@ -19,9 +20,12 @@ __all__ = ["Known", "known_kernels", "numba_type", "spelled"]
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """A kernel: module:name, its arguments' types as JSON spells them, and s of processor that compiling it took somewhere."""
+    """A kernel, module:name, for one kind of arguments: which of its kinds that is, from 0, their types as JSON spells them, and
+    s of processor that compiling it took somewhere.
+    """
 
     kernel: str
+    way: int
     seconds: float
     arguments: tuple[Any, ...]
 
@@ -36,9 +40,14 @@ class Known:
 
 
 def known_kernels() -> tuple[Known, ...]:
-    """The kernels of kernels.json."""
+    """The kernels of kernels.json, each as often as there are kinds of arguments for it."""
     rows = json.loads(files(__package__).joinpath("kernels.json").read_text("utf-8"))
-    return tuple(Known(row["kernel"], row["seconds"], tuple(row["arguments"])) for row in rows)
+    ways: Counter[str] = Counter()
+    kernels = []
+    for row in rows:
+        kernels.append(Known(row["kernel"], ways[row["kernel"]], row["seconds"], tuple(row["arguments"])))
+        ways[row["kernel"]] += 1
+    return tuple(kernels)
 
 
 def spelled(kind: Any) -> Any:

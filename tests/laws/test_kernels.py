@@ -83,8 +83,8 @@ def test_a_post_calls_each_kernel_in_one_way_and_all_are_compiled_ahead(tmp_path
     asked = _run(COUNT_CALLED, str(tmp_path / "out"))
     assert 10 < len(asked) <= POST_KERNELS
     assert {name: len(ways) for name, ways in asked.items()} == dict.fromkeys(asked, 1)
-    known = {k.kernel: list(k.arguments) for k in known_kernels()}
-    assert {name: ways[0] for name, ways in asked.items()} == {name: known.get(name) for name in asked}
+    known = {(k.kernel, json.dumps(k.arguments)) for k in known_kernels()}
+    assert {(name, json.dumps(ways[0])) for name, ways in asked.items()} <= known
 
 
 @pytest.mark.slow
@@ -99,7 +99,7 @@ def test_a_kernels_parts_are_compiled_once_each(tmp_path: Path) -> None:
 
 def test_known_kernels_are_kernels_with_arguments_that_are_written_and_read_alike() -> None:
     kernels = known_kernels()
-    assert len({k.kernel for k in kernels}) == len(kernels) > 30
+    assert len({(k.kernel, json.dumps(k.arguments)) for k in kernels}) == len(kernels) > 30
     for known in kernels:
         assert hasattr(known.dispatcher(), "py_func"), known.kernel
         assert list(map(spelled, known.types())) == list(known.arguments), known.kernel
@@ -199,7 +199,7 @@ small = [k for k in ahead.known_kernels() if k.kernel.endswith((":_dahl", ":_lag
 ahead.known_kernels = lambda: small
 machine_code.ready_library()
 status = ahead.main()
-found = [machine_code.entry_of(k.kernel) for k in small]
+found = [machine_code.entries_of(k.kernel) for k in small]
 print(json.dumps([status, all(found), len(list(Path(sys.argv[1]).iterdir()))]))
 """
 
@@ -254,13 +254,13 @@ def test_kernels_compiled_ahead_write_what_numba_writes(library: Path, tmp_path:
 
 
 def test_all_known_kernels_are_in_the_library(library: Path) -> None:
-    assert [k.kernel for k in known_kernels() if machine_code.entry_of(k.kernel) is None] == []
+    wanted = Counter(k.kernel for k in known_kernels())
+    assert {kernel: len(machine_code.entries_of(kernel)) for kernel in wanted} == wanted
 
 
 def test_machine_code_is_only_given_what_it_was_made_for(library: Path) -> None:
     """It checks nothing itself: other arguments go to Numba, which compiles for them or refuses."""
-    entry = machine_code.entry_of("camrob.kinematics.kernels:inverse_kf_many")
-    assert entry is not None
+    (entry,) = machine_code.entries_of("camrob.kinematics.kernels:inverse_kf_many")
     cell = read_cell(ROOT / "cells/kr15_track_table")
     chain, q = chain_arrays(cell), np.zeros((3, len(cell)))
     assert entry.takes((chain, q)) and entry.call(chain, q).shape == (3,)
