@@ -171,6 +171,11 @@ ENDS = "8 L Z+40 FMAX M5\n9 M30\n9 END PGM A MM\n"
             "float.h",
             KEY + "4 CYCL DEF 206 T Q200=2 Q201=-5 Q206=900 Q211=0.5 Q203=0 Q204=20\n5 L X+5 FMAX M99\n" + ENDS,
         ),
+        (  # drawn out at a feed above the rapid one, as the file says
+            "out.h",
+            KEY + "4 CYCL DEF 203 D Q200=3 Q201=-9.041 Q206=68 Q202=1 Q210=0 Q203=0 Q204=30 Q212=0 Q213=2 Q205=1 Q211=0"
+            " Q208=25000 Q256=0.2\n5 L X+5 FMAX M99\n" + ENDS,
+        ),
         (
             "place.h",
             KEY.replace("CALL 1", 'CALL "MILL"')

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from camrob.errors import ToolpathError
+from camrob.findings import Severity
 from camrob.toolpath.gcode.cycles import TAPS, Step, hole
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.moves import Motions
@@ -38,6 +39,7 @@ class Drill:
             raise ToolpathError(f"{count:g} repeats of a cycle", hint="a whole number up to 10000")
         if "Z" not in modal.cycle or "R" not in modal.cycle:
             raise ToolpathError("a cycle without depth Z or retract height R", hint="name both in its first block")
+        self._same_mode(block.line)
         lateral = {k: words[k] for k in "XY" if k in words}
         retract, bottom = modal.cycle["R"], modal.cycle["Z"]
         for _ in range(int(count) if modal.incremental else min(int(count), 1)):
@@ -71,6 +73,7 @@ class Drill:
         In G91 R is measured from the height at which the cycles began, and Z from R, as Fanuc's controls do it.
         """
         modal, words = self.modal, block.words
+        modal.cycle_by.update({k: modal.incremental for k in "RZ" if k in words})
         if "R" in words:
             modal.cycle["R"] = words["R"] * modal.scale + (modal.cycle_start if modal.incremental else 0.0)
         if "Z" in words:
@@ -79,6 +82,29 @@ class Drill:
             modal.cycle["Q"], modal.cycle["tap"] = words["Q"], float(code in TAPS)
         if "P" in words:
             modal.cycle["dwell"] = modal.seconds(block, self.path)
+
+    def _same_mode(self, line: int) -> None:
+        """What G90 and G91 make of heights named in the other one.
+
+        Haas's and Fanuc's manuals keep them (G91 X10 L5 drills a row), LinuxCNC counts them anew. Raises ToolpathError where
+        the program is LinuxCNC's, or only one of the two is named anew.
+        """
+        kept = [k for k in "RZ" if self.modal.cycle_by[k] != self.modal.incremental]
+        if len(kept) == 1 or (kept and self.modal.rereads):
+            was, now = ("G90", "G91") if self.modal.incremental else ("G91", "G90")
+            raise ToolpathError(
+                f"a drilling cycle goes on in {now} with {' and '.join(kept)} of {was}: some controls keep the height, "
+                "LinuxCNC counts it anew",
+                hint=f"name R and Z in {now}",
+            )
+        if kept:
+            self.path.note(
+                "cycle-heights-kept",
+                "a drilling cycle goes on behind a change of G90 and G91: its heights R and Z stay, as Fanuc's and Haas's "
+                "controls have it; LinuxCNC counts them anew",
+                line,
+                Severity.INFO,
+            )
 
     def _hole(self, code: int, block: Block, steps: list[tuple[Step, float]]) -> None:
         """The steps of one hole as moves and events."""

@@ -106,6 +106,7 @@ def read_gcode(
         wear=defaults.wear,
         zero_edge=control.zero_edge,
         keeps_motion=control.keeps_motion,
+        rereads=control.rereads or path.suffix.lower() == ".ngc",
         clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
     if units is not None:

@@ -57,6 +57,8 @@ class Modal:
     zero_edge: bool = True  # D0 means no radius; LinuxCNC's may mean the tool in the spindle
     cycle_start: float = 0.0  # height (m) at which a cycle began
     cycle: dict[str, float] = field(default_factory=dict)  # its sticky words
+    cycle_by: dict[str, bool] = field(default_factory=dict)  # whether its R and Z have been named in G91
+    rereads: bool = False  # LinuxCNC takes a cycle's R and Z anew where G90 and G91 change
 
     def first_move(self, line: int) -> None:
         """Remember at the first coordinate that nobody has named the units."""

@@ -370,6 +370,7 @@ class GcodeReader(Switching):
             heights["R"] = float(words["R"]) * self._scale + base
         if "Z" in words:
             heights["Z"] = float(words["Z"]) * self._scale + (zero if self._absolute else heights.get("R", math.nan))
+        heights |= {f"{letter}90": float(self._absolute) for letter in ("R", "Z") if letter in words}
         if "P" in words:
             heights["P"] = self._seconds(words["P"], line)
         if "Q" in words:
@@ -381,11 +382,12 @@ class GcodeReader(Switching):
             return
         bottom, low, first = heights.get("Z", math.nan), heights.get("R", math.nan), heights.get("initial", math.nan)
         level = max(first, low) if self._to_initial else low
+        mixed = heights.get("R90") != heights.get("Z90")  # one is of G90, one of G91: which stays is the control's
         for _ in range(int(float(words.get("L", words.get("K", "1"))))):
             stand.go(self._target(axes - {"Z"}, words) | {"Z": low})
             pose = stand.pose()
             upright = pose is not None and bool(np.allclose(pose[1], stand.direction(_Z))) and self._plane == "17"
-            if pose is None or not upright or code not in CYCLES or not bottom <= low <= level or stand.odd:
+            if pose is None or not upright or code not in CYCLES or not bottom <= low <= level or stand.odd or mixed:
                 self._gap(line, f"G{code} whose place, heights or way are not known")
                 return
             if CYCLES[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):

@@ -78,7 +78,10 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
         yield _said("feed-lower", text, k[back], row[back], story, run, run.speed[k[back]], story.feed[row[back]])
     if rapid is not None:
         rows = np.concatenate([j[~cut], match.air])
-        rows = rows[run.speed[rows] > rapid + _PRINTED]
+        own = np.isin(k, strokes) & np.isfinite(
+            story.feed[row]
+        )  # out of a hole by the file's feed, judged by that above
+        rows = rows[(run.speed[rows] > rapid + _PRINTED) & ~np.isin(rows, k[own])]
         if len(rows):
             limit = np.full(len(rows), rapid)
             text = "faster than the set-up's rapid feed, or the usual one where it names none"

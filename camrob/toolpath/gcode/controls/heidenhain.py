@@ -43,6 +43,8 @@ _ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[0-9]+) ?= ?(.+)$")
 _DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the control can be set to write it
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+)(?:/[0-9]+)?)?$')
+_BARE_CYCLE = re.compile(r"CYCL DEF [2-4][0-9][0-9](?![.0-9])(?!.*Q[0-9]+ ?=).*")  # its parameters stand behind it
+_PARAMETER = re.compile(r"Q[2-4][0-9][0-9] ?= ?[^ ]+")
 _TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
 _FREE = range(2000)  # from Q1600 on they are the user's, as Q0 to Q99 are
 _OF_THE_CONTROL = range(100, 200)  # Q100 to Q199 the control fills in
@@ -178,9 +180,11 @@ class _Program:
 
 
 def _joined(lines: list[str]) -> list[tuple[int, str]]:
-    """The program's statements with their lines: block numbers off, lines that end in ~ joined, comments off."""
+    """The program's statements with their lines: block numbers off, comments off, lines joined that end in ~, or that hold
+    the parameters of a cycle that names none itself.
+    """
     out: list[tuple[int, str]] = []
-    goes_on = False
+    goes_on = listed = False
     for number, raw in enumerate(lines, 1):
         text = re.sub(r";.*", "", raw).strip()
         text = re.sub(r"\s+", " ", text)
@@ -188,12 +192,14 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
         text = text.rstrip("~ ").strip()
         parts = re.split(r'("[^"]*")', text)
         text = "".join(part if i % 2 else _DECIMAL.sub(".", part.upper()) for i, part in enumerate(parts))
-        if goes_on and out:
+        listed = listed and _PARAMETER.fullmatch(text) is not None
+        if (goes_on or listed) and out:
             out[-1] = (out[-1][0], f"{out[-1][1]} {text}")
         else:
             text = re.sub(r"^/? ?(?:N?[0-9]+(?: |$))?/? ?", "", text)
             if text:
                 out.append((number, text))
+                listed = _BARE_CYCLE.fullmatch(text) is not None
         goes_on = ends
     begin = next((i for i, (_, text) in enumerate(out) if text.startswith("BEGIN PGM")), 0)
     return [row for i, row in enumerate(out) if i >= begin or not row[1].startswith("(")]  # a set-up sheet before it

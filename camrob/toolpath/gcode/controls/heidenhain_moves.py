@@ -217,7 +217,10 @@ class HeidenhainMoves:
             u, v, turns = polar(kind, words, begun, pole.place, self._value)
             to |= {first: u, second: v}
         if kind == "LP":
-            yield Block(line, {**to, **feed}, (0 if self._feeds.rapid else 10,))
+            motion = 0 if self._feeds.rapid else 10
+            corner = self._corner if motion and pole.letters == "XY" else None
+            self._rounded = corner is not None
+            yield Block(line, {**to, **feed}, (motion,), corner=corner)
         else:
             sense = words.get("DR", "")[:1]
             if sense not in ("+", "-"):

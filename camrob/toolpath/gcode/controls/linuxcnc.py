@@ -346,4 +346,5 @@ LINUXCNC = Control(
     lambda lines, path, state: _run_o_words(lines, path),
     plain=True,
     zero_edge=False,  # D0 may mean the tool in the spindle
+    rereads=True,
 )

@@ -51,13 +51,15 @@ class KlartextReader(ForeignReader):
 
     def _statements(self, text: str) -> list[tuple[int, str]]:
         rows: list[tuple[int, str]] = []
-        goes_on = False
+        goes_on = cycle = False
         for i, raw in enumerate(text.split("\n"), 1):
             row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
-            if goes_on and rows:
+            cycle = cycle and bool(re.match(r"Q[2-4]\d\d ?= ?\S+$", row))  # values of a cycle, a line each
+            if (goes_on or cycle) and rows:
                 rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
             elif row := re.sub(r"^/? ?(?:N?\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
                 rows.append((i, row))
+                cycle = bool(re.match(r"CYCL DEF [2-4]\d\d\b(?!\.)", row)) and "=" not in row
             goes_on = raw.rstrip().endswith("~")
         first = next((k for k, (_, row) in enumerate(rows) if row.startswith("BEGIN PGM")), 0)
         return [row for k, row in enumerate(rows) if k >= first or row[1][0] != "("]
