@@ -22,7 +22,7 @@ from collections import Counter
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]  # this checkout's camrob, whichever is installed
 # what a drawn job may run into for a reason of its own: the arm's reach, its limits, an axis that can't follow, its bodies
 RIGHTLY = ("can't be reached", "limit", "faster than", "would have to run at", "touches")
 NEVER = ("fault of camrob", "error in camrob")

@@ -276,6 +276,11 @@ def test_dwells(tell, text, seconds):
     assert happened(tell(START + text + "\nG0 X1\n")) == [(1, "DWELL", seconds, "")]
 
 
+def test_a_spindle_switched_on_at_s0_stands_whatever_the_set_up_says(tell):
+    story = tell("T1 M6\nS0 M3\n" + START + "G1 X1 F60\n", default_rpm=4000.0)
+    assert happened(story) == [(0, "TOOL", 1, ""), (0, "SPINDLE_OFF", 0, "")]
+
+
 def test_defaults(tell):
     story = tell("T1 M6\n" + START + "G1 X1\nX2 F60\n", default_feed=0.02, default_rpm=4000.0)
     assert story.feed[1:].tolist() == [0.02, 0.001] and story.complete

@@ -62,11 +62,11 @@ class Teller:
         self._operation, self._marked = 0, False
         self._tool: tuple[float, str] | None = None
         self._unloaded = 0  # the line in which the tool was put away, else 0
+        self._told_to_stand = False  # it was switched on at no speed: the set-up's is not what the file means
         self._speed_at_cut: float | None = None  # rev/min that the file has named before its first cut
         self._came: Array | None = None  # from where the last motion came
-        self._corner: tuple[Wanted, Array, int, int] | None = (
-            None  # with its plane's normal, its line, and how many events there were
-        )
+        # with its plane's normal, its line, and how many events there were
+        self._corner: tuple[Wanted, Array, int, int] | None = None
 
     # -- what stands beside the motions
 
@@ -108,8 +108,8 @@ class Teller:
         """The spindle turns: what isn't given stays as it was."""
         self.rpm, self.sense, self.turning = self.rpm if rpm is None else rpm, sense or self.sense, True
         if self.rpm == 0.0:  # S0 M3: it stands
-            self.spindle_off(line)
-            return
+            self._told_to_stand = True
+            return self.spindle_off(line)
         if self.rpm is None or not math.isfinite(self.rpm) or self.rpm < 0.0:
             self.gap(line, "the spindle's speed is not known", lost=False)
             self.rpm = None
@@ -361,7 +361,7 @@ class Teller:
         first = cuts[0] if len(cuts) else len(way)
         if not (len(cuts) or self.gaps) or any(e.kind is Kind.SPINDLE_ON and e.before <= first for e in self.events):
             return
-        if self.default_rpm is None:
+        if self.default_rpm is None or self._told_to_stand:
             self.note("the file starts no spindle before its first cut")
             return
         place = next((i for i, e in enumerate(self.events) if e.before > 0), len(self.events))
