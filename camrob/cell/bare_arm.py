@@ -120,9 +120,8 @@ def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
     tip = table.text("tip") if "tip" in table else ""
     ends = [c for c in into if c not in parents.values()]
     if not tip and len(ends) != 1:
-        raise table.fail(
-            "tip", f"is needed: the URDF has {len(ends)} ends", f"name one, such as {', '.join(map(str, ends[:5]))}"
-        )
+        one = f"name one, such as {', '.join(map(str, ends[:5]))}" if ends else "give one whose links end"
+        raise table.fail("tip", f"is needed where a URDF has {len(ends)} ends, not 1", one)
     link: str | None = tip or ends[0]
     if link not in into:
         raise table.fail("tip", f"{str(link)[:40]!r} is not a link that a joint carries", "name a link of the URDF")

@@ -83,7 +83,7 @@ ARM = """<robot name="a"><link name="base"/><link name="tip"/><joint name="j1" t
             '<joint name="b" type="fixed"><parent link="base"/><child link="tip"/></joint></robot>',
             "two joints carry",
         ),
-        ('<parent link="base"/>', "", "needed: the URDF has 0 ends"),
+        ('<parent link="base"/>', "", "needed where a URDF has 0 ends"),
     ],
 )
 def test_what_is_wrong_with_a_urdf_is_said_of_the_file_that_was_given(

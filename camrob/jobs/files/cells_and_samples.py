@@ -134,7 +134,8 @@ def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = Non
         try:
             read_cell(staging)
         except CellError as error:  # of a file that nobody has written
-            raise CellError(re.sub(r"^arm\.(urdf|tip): ", "", error.what), hint=error.hint, path=urdf) from None
+            said = error.what.removeprefix("arm.urdf: ")
+            raise CellError(re.sub(r"^arm\.tip: ", "--tip ", said), hint=error.hint, path=urdf) from None
     return _made(
         folder,
         (
