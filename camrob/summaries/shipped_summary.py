@@ -55,7 +55,7 @@ class CellCheckSummary(Summary):
     """How a cell meets its poses: ok is None where it has none. provenance: how many entries of cell.toml have which.
 
     The largest errors are None where there is no pose. assumed: the entries that nobody has measured or read, by their keys.
-    bare: stretches of the arm that no body covers, a sentence each.
+    bare: stretches of the arm that no body covers, a sentence each. home: bodies that touch at HOME, likewise.
     """
 
     cell: str
@@ -68,6 +68,7 @@ class CellCheckSummary(Summary):
     provenance: Mapping[str, int]
     assumed: tuple[str, ...]
     bare: tuple[str, ...] = ()
+    home: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -69,6 +69,7 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
     assert '<div class="verdict good"><strong>Explained</strong>' in page
     heads = (
         "What to do",
+        "Next experiment",
         "The path, coloured by the error",
         "Where the gap lies",
         "What the logs lack, and what that costs",
@@ -76,7 +77,6 @@ def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
         "How far it shrinks, on data that took no part",
         "Error along",
         "What remains, besides the noise",
-        "Next experiment",
         "Worst stretches",
         "Where, in numbers",
     )

@@ -264,6 +264,15 @@ def test_nothing_is_to_do_without_a_gap_and_nothing_in_the_program_where_only_re
     ]
 
 
+def test_an_axis_whose_lag_is_its_own_is_named_with_all_of_it() -> None:
+    """A reader was told that A2 lags by what all other axes do."""
+    values = {"tau_s": 0.00375, "A2_beyond_s": 0.00413, "A3_beyond_s": 0.0001}
+    said = sentence(summary([effect_found("servo_lag", ["A2"], values)]))
+    assert "servo lag, 0.00375 s, of A2 0.00788 s (97 % sure)" in said
+    blind = summary([effect_found("servo_lag", [], values)], where={"missing": ["no measured pose: what the arm does"]})
+    assert "; the noise of what is logged is 0.030 mm" in sentence(blind)
+
+
 def test_of_several_causes_alike_none_is_claimed_and_all_are_named() -> None:
     rivals = [
         effect_found(n, [], {"x_mm": 0.1, "y_mm": 0.1}, probability=p)

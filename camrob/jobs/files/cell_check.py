@@ -6,14 +6,20 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from camrob.bodies.bare_links import bare_links
+from camrob.cell.cell import Cell
 from camrob.cell.poses import POSES_FILE, pose_errors
 from camrob.cell.read_cell import unchecked_cell
 from camrob.cell.toml_table import PROVENANCES
+from camrob.checks.collisions import check_collisions
 from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["CellCheckResult", "cell_check"]
+
+_STIR = 1e-6  # rad, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,5 +56,17 @@ def cell_check(cell: Path) -> CellCheckResult:
         provenance={kind: counts[kind] for kind in PROVENANCES},
         assumed=tuple(key for key, kind in machine.provenance.items() if kind == "assumed"),
         bare=tuple(bare.text for bare in bare_links(machine)),
+        home=_touches_at_home(machine),
     )
     return CellCheckResult(summary)
+
+
+def _touches_at_home(cell: Cell) -> tuple[str, ...]:
+    """Bodies that touch where every program begins and ends: no place of a part can help then."""
+    if not cell.shapes:
+        return ()
+    still = np.tile(cell.q_home, (2, 1))
+    still[1] += _STIR  # a stretch has a length
+    found = check_collisions(cell, still, cutting=[False, False], line=[0, 0], region=[-1, -1]).findings
+    pairs = dict.fromkeys(finding.text.partition(" on a move")[0] for finding in found)
+    return tuple(f"at HOME {pair}: change home_deg, or what is drawn of one of them" for pair in pairs)

@@ -12,6 +12,7 @@ from camrob.report.diagnosis.numbers import measure, mm, share, sure, to_mm, val
 from camrob.report.diagnosis.places import place_sections
 from camrob.report.diagnosis.sentences import (
     compensable_text,
+    noise_name,
     only_first,
     plain_name,
     sentence,
@@ -49,6 +50,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _cards(summary),
             _unexplained(summary),
             _to_do(summary),
+            _next(summary),
             section(f"The {what}, coloured by the error", _pair(space), _space_caption(summary, claimed=claimed)),
             section(
                 "Where the gap lies",
@@ -64,7 +66,6 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _shrunk(summary, shrunk),
             *(section(str(c["title"]), _chart(c)) for c in along[:1]),
             _residual(summary, stays),
-            _next(summary),
             *place_sections(summary, paths),
             timing_section(summary),
             *(section(str(c["title"]), _chart(c)) for c in along[1:]),
@@ -123,7 +124,7 @@ def _cards(summary: DiagnosisSummary) -> str:
                 f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples} samples{left}",
             ),
             after,
-            ("the instrument's noise", escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
+            (noise_name(summary), escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
             ("something unknown at work", escape(sure(summary.unknown.probability)), "that the library lacks a cause"),
         ]
     )
@@ -133,9 +134,7 @@ def _unexplained(summary: DiagnosisSummary) -> str:
     sentences = unexplained(summary)
     if not sentences:
         return ""
-    note = _caption(
-        "A place and a shape, found without physics: no cause. The next experiment below is meant to isolate it."
-    )
+    note = _caption("A place and a shape, found without physics: no cause.") if summary.unknown.shapes else ""
     return section("What is unexplained", _bullets(sentences), note)
 
 
@@ -227,17 +226,17 @@ def _residual(summary: DiagnosisSummary, chart: Chart) -> str:
         f"{one.regime} ({share(one.share)})" for one in left.structure if one.p_value < 0.05 and one.share > _SHOWN
     ]
     text = (
-        f"On withheld samples {mm(left.rms_mm)} rms stay, where the instrument's noise is {mm(left.noise_mm)}; "
+        f"On withheld samples {mm(left.rms_mm)} rms stay, where {noise_name(summary)} is {mm(left.noise_mm)}; "
         f"the chance that something unknown is at work is {sure(summary.unknown.probability)}."
     )
     if 0.0 < left.structured_mm <= left.rms_mm:
         text += f" {mm(left.structured_mm)} of what remains are correlated from sample to sample."
     text += f" What stays on the logs still follows: {', '.join(follows)} of its energy." if follows else ""
-    clock = "can't be seen in single poses" if latency is None else measure(s_to_ms(latency), "ms", 2)
+    clock = "" if latency is None else f" Latency of the instrument: {measure(s_to_ms(latency), 'ms', 2)}"
     if latency is not None and interval is not None:
         low, high = (measure(s_to_ms(v), "ms", 2) for v in interval)
         clock += f" (95 %: {low} to {high})"
-    note = _caption(f"Where bars reach beyond the line, more than noise is left. Latency of the instrument: {clock}.")
+    note = _caption(f"Where bars reach beyond the line, more than noise is left.{clock and f'{clock}.'}")
     return section("What remains, besides the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
 
 

@@ -109,5 +109,8 @@ def _standards(summary: DiagnosisSummary) -> str:
     lines = "".join(f"<li>{escape(standards_text(one))}</li>" for one in summary.standards)
     if not lines:
         return ""
-    note = '<p class="caption">Before, and without the effects found; camrob.gap.locate.path_standards has the definitions.</p>'
+    note = (
+        '<p class="caption">Before, and without the effects found. AT, RT: accuracy and repeatability of a path (ISO 9283); '
+        "G, G b: circular deviation, of one sense and of both; H: circular hysteresis (ISO 230-4).</p>"
+    )
     return section("By the standards", f"<ul>{lines}</ul>", note)

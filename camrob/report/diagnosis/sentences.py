@@ -12,6 +12,7 @@ from camrob.text import printable
 __all__ = [
     "between",
     "compensable_text",
+    "noise_name",
     "only_first",
     "plain_name",
     "sentence",
@@ -37,6 +38,7 @@ _FOLLOWS = {
 _READ_OFF = (_STAGE[_FIRST], "between set-point and encoder, E", "between set-point and encoder, A")
 _TIMES = 1.5  # the noise, from which what stays is held against it in words
 _MAIN = ("tau_s", "delay_s", "cdis_mm")  # the value that tells such an effect's size, whatever stands beside it
+_ODD = 0.2  # of what all axes share, by which one has to differ to be named
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
 _RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
 _FROM = "from "  # how what it follows begins where it is a moment
@@ -54,6 +56,12 @@ def between(stage: str, summary: DiagnosisSummary) -> str:
     """A stage in words; without encoders the last one begins at the set-point."""
     blind = any(m.startswith("no encoders") for m in summary.where.missing)
     return "between set-point and TCP" if stage == "encoder_to_tcp" and blind else _STAGE[stage]
+
+
+def noise_name(summary: DiagnosisSummary) -> str:
+    """Whose noise it is."""
+    blind = any(m.startswith("no measured pose") for m in summary.where.missing)
+    return "the noise of what is logged" if blind else "the instrument's noise"
 
 
 def withheld_text(summary: DiagnosisSummary) -> str:
@@ -78,7 +86,7 @@ def sentence(summary: DiagnosisSummary) -> str:
         text += f": {_listed([_named(e) for e in inside], '; ')}"
         text += (
             f". Adding {'it' if len(inside) == 1 else 'them'} takes {mm(together.rms_before_mm)} to "
-            f"{mm(together.rms_after_mm)} {withheld_text(summary)}; the instrument's noise is {noise}."
+            f"{mm(together.rms_after_mm)} {withheld_text(summary)}; {noise_name(summary)} is {noise}."
         )
     elif first:
         text += "."
@@ -247,9 +255,20 @@ def _named(entry: EffectFound) -> str:
     if len(values) == 1:
         ((key, value),) = values.items()
         words, unit = parameter_words(key)
+        odd = _odd_axes(entry, key, value)
+        if odd:
+            each = [f"of {axis} {measure(own, unit)}" for axis, own in odd.items()]
+            return f"{name}, {measure(value, unit)}, {_listed(each)} ({chance})"
         place = f" of {words.replace(' by ', ' to ')}" if "_by_" in key else where
         return f"{name}{place}, {measure(value, unit)} ({chance})"
     return f"{name}{where}, {mm(entry.moves_mm)} rms at the TCP ({chance})"
+
+
+def _odd_axes(entry: EffectFound, key: str, common: float) -> dict[str, float]:
+    """Axes whose value is far from the one that all others share, with their own."""
+    unit = key.rpartition("_")[2]
+    beyond = {k.removesuffix(f"_beyond_{unit}"): v.value for k, v in entry.parameters.items() if "_beyond_" in k}
+    return {axis: common + own for axis, own in beyond.items() if abs(own) > _ODD * abs(common)}
 
 
 def _best_single(summary: DiagnosisSummary) -> str:

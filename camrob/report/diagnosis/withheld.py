@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camrob.report.diagnosis.numbers import mm, share, to_mm
-from camrob.report.diagnosis.sentences import only_first
+from camrob.report.diagnosis.sentences import noise_name, only_first
 from camrob.report.page.html import escape
 from camrob.report.page.parts import table
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, Shrunk, Together
@@ -27,7 +27,7 @@ def sizes_table(summary: DiagnosisSummary) -> str:
         sizes = escape(to_mm(compensable.rms_before_mm, compensable.rms_after_mm))
         gone = 1.0 - compensable.rms_after_mm / max(compensable.rms_before_mm, 1e-12)
         rows.append(["<b>compensate</b>", "what a postprocessor can correct", sizes, "", "", escape(share(gone))])
-    rows.append(["the instrument's noise", "the floor", escape(mm(summary.gap.noise_mm)), "", "", ""])
+    rows.append([noise_name(summary), "the floor", escape(mm(summary.gap.noise_mm)), "", "", ""])
     return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 %)"), rows, left=2, whole=True)
 
 
