@@ -14,7 +14,7 @@ from camrob.gap.evidence.discrepancy import PARTS, SmoothBasis, smooth_basis
 from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.evidence.field_size import fit_sizes, no_sizes, over_sizes, row_noise
 from camrob.gap.evidence.leads import look
-from camrob.gap.evidence.model import Model, doubt_of, effect_rms
+from camrob.gap.evidence.model import Model, doubt_of, effect_rms, members_of
 from camrob.gap.evidence.search import Explored, explore, posterior, worth_counting
 from camrob.gap.evidence.temperature import cooled, lowered, temperatures
 from camrob.gap.evidence.unknown import UNKNOWN
@@ -212,7 +212,7 @@ def _small(model: Model) -> frozenset[str]:
 
 def _stages_of(model: Model, name: str) -> set[str]:
     """Where an effect of the best set shows in these logs: at the drives, behind the encoders, or at both."""
-    c = np.flatnonzero(np.isin(model.design.owner, [i for i in model.best.members if model.units[i].effect == name]))
+    c = np.flatnonzero(np.isin(model.design.owner, list(members_of(model, name))))
     found = set()
     for p in model.panels:
         found |= {"drives"} if p.servo is not None and np.isin(c, p.servo_columns).any() else set()
@@ -261,7 +261,7 @@ def _refine(model: Model, states: dict[str, State]) -> bool:
 def _tried(model: Model, effect: Effect, states: Mapping[str, State]) -> State:
     """The effect's state with the trial that leaves least unexplained, all other effects as they are fitted."""
     best, least = dict(states[effect.name]), np.inf
-    members = [i for i in model.best.members if model.units[i].effect == effect.name]
+    members = sorted(members_of(model, effect.name))
     owned = np.isin(model.design.owner, members)
     rest = np.where(owned, 0.0, model.best.mean)
     left = [_left_beside(p, rest) for p in model.panels] if effect.trials else []

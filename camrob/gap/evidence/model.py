@@ -15,7 +15,7 @@ from camrob.gap.evidence.evidence import Evidence, Fitted
 from camrob.gap.observation.noise import Noise
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["Model", "doubt_of", "effect_rms", "seen_moves", "seen_rms", "some_rows", "whole_gap"]
+__all__ = ["Model", "doubt_of", "effect_rms", "members_of", "seen_moves", "seen_rms", "some_rows", "whole_gap"]
 
 Array = NDArray[np.float64]
 
@@ -93,16 +93,21 @@ class Model:
         return np.where(np.isin(self.design.owner, list(members)), fitted.mean, 0.0)
 
 
+def members_of(model: Model, name: str) -> frozenset[int]:
+    """The units of the best set that are an effect's."""
+    return frozenset(i for i in model.best.members if model.units[i].effect == name)
+
+
 def effect_rms(model: Model, panels: Sequence[Panel], name: str) -> float:
     """How far an effect of the best set moves the TCP, m (rms)."""
-    members = frozenset(i for i in model.best.members if model.units[i].effect == name)
+    members = members_of(model, name)
     values = model.values(members, model.best)
     return float(np.sqrt(np.mean(np.concatenate([np.sum(p.moves(values) ** 2, axis=1) for p in panels]))))
 
 
 def seen_rms(model: Model, panels: Sequence[Panel], name: str) -> float:
     """How far an effect of the best set moves the TCP beyond what open frames and latencies would take up of it, m (rms)."""
-    members = frozenset(i for i in model.best.members if model.units[i].effect == name)
+    members = members_of(model, name)
     moved = seen_moves(model, panels, model.values(members, model.best))
     return float(np.sqrt(np.mean(np.concatenate([np.sum(m**2, axis=1) for m in moved]))))
 

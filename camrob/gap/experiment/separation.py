@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import Panel, make_panel
 from camrob.gap.evidence.evidence import Fitted
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, members_of
 from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.experiment.motions import TrialMotion
 
@@ -59,7 +59,7 @@ def rivals_of(model: Model, claimed: Sequence[str]) -> Rivals | None:
                 return _named(model, fitted)
     if not claimed:
         return None
-    taken = frozenset(i for i in model.best.members if model.units[i].effect == claimed[0])
+    taken = members_of(model, claimed[0])
     rest = model.best.members - taken
     inside = model.evidence.effects_of(model.best.members)
     fits = []
@@ -115,7 +115,7 @@ def unknown_on(model: Model, motion: TrialMotion) -> float:
     or where it has none the discrepancy as it is known there.
     """
     kept = np.ones(len(motion.scene), bool)
-    shapes = frozenset(i for i in model.best.members if model.units[i].effect == UNKNOWN.name)
+    shapes = members_of(model, UNKNOWN.name)
     panel = make_panel(
         motion.scene,
         0,

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.design import Panel
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, members_of
 from camrob.gap.evidence.scan import DRIVE
 from camrob.gap.evidence.shrink import Shrinkage, drives_gap
 from camrob.gap.verdict.belief import BELIEF
@@ -93,7 +93,7 @@ def not_told_apart(model: Model, library: Sequence[Effect], claimed: Collection[
 
 def _clearer(model: Model, effect: Effect, replaced: Collection[str]) -> float:
     """By how many squares some effects leave less than the stand-in of one of them does in their place."""
-    lag = model.values(frozenset(i for i in model.best.members if model.units[i].effect == effect.name), model.best)
+    lag = model.values(members_of(model, effect.name), model.best)
     named = {q.name: float(v) for q, v in zip(model.design.parameters, lag, strict=True) if v != 0.0}
     if not named:
         return np.inf

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from camrob.gap.evidence.far_off import distance_of
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, members_of
 from camrob.gap.evidence.shrink import Trial, settled, shrinkage
 
 __all__ = ["carried_over"]
@@ -32,7 +32,7 @@ def carried_over(model: Model, trial: Trial, names: Collection[str]) -> frozense
     blocks, found = np.unique(whole.block), []
     draws = np.random.default_rng(0).integers(0, len(blocks), (_DRAWS, len(blocks)))
     for name in names:
-        own = frozenset(i for i in model.best.members if model.units[i].effect == name)
+        own = members_of(model, name)
         last = shrinkage(model, trial, model.best.members, model.best.members - own)
         values = model.values(own, model.best)
         moved = np.concatenate(

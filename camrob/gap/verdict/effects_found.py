@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import covered_by
-from camrob.gap.evidence.model import Model, seen_rms
+from camrob.gap.evidence.model import Model, members_of, seen_rms
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.part_of_cycle import energy_of
@@ -41,7 +41,7 @@ def effects_found(
         p = probability[effect.name]
         if p < _WORTH_A_LINE:
             continue
-        own = frozenset(i for i in model.best.members if model.units[i].effect == effect.name)
+        own = members_of(model, effect.name)
         if not own:
             # not in the best set: judged by what it would be on top of it
             units = [i for i, u in enumerate(model.units) if u.effect == effect.name]

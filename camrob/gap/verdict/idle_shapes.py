@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, members_of
 from camrob.gap.evidence.shrink import Trial, shrinkage
 from camrob.gap.verdict.belief import BELIEF
 
@@ -17,7 +17,7 @@ def without_idle_shapes(model: Model, trial: Trial) -> Model:
     """The model without shapes of the unknown in its best set, where the names take far more from withheld samples beside the
     shapes than the shapes beside the names. What then stays is described by where it is found, not by a shape.
     """
-    shapes = frozenset(i for i in model.best.members if model.units[i].effect == "unknown")
+    shapes = members_of(model, "unknown")
     bare = model.best.members - shapes
     effects = model.evidence.effects_of(bare)
     if not shapes or not effects:

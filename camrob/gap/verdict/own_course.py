@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.discrepancy import PARTS
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, members_of
 
 __all__ = ["off_course"]
 
@@ -32,7 +32,7 @@ def off_course(model: Model, library: Sequence[Effect]) -> list[str]:
     fitted = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
     found = []
     for effect in asked:
-        members = frozenset(i for i in model.best.members if model.units[i].effect == effect.name)
+        members = members_of(model, effect.name)
         values = model.values(members, model.best)
         columns, right, energy = [], [], 0.0
         for p, smooth in zip(model.panels, posture, strict=True):

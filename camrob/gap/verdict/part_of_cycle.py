@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camrob.gap.effects.effect import Effect
-from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.model import Model, effect_rms, members_of
 from camrob.gap.verdict.belief import BELIEF
 
 __all__ = ["energy_of", "partly_seen"]
@@ -24,9 +24,9 @@ def partly_seen(model: Model, library: Sequence[Effect]) -> list[str]:
     """
     found = []
     for effect in library:
-        own = [i for i in model.best.members if model.units[i].effect == effect.name]
+        own = members_of(model, effect.name)
         parts = frozenset(i for i in own if not effect.whole(model.scenes, model.units[i], model.states[effect.name]))
-        energy = [energy_of(model, members) for members in (parts, frozenset(own) - parts)]
+        energy = [energy_of(model, members) for members in (parts, own - parts)]
         if parts and energy[0] > energy[1]:
             found.append(effect.name)
     part = max((effect_rms(model, model.panels, n) for n in found), default=0.0)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.evidence.model import Model, seen_moves, seen_rms
+from camrob.gap.evidence.model import Model, members_of, seen_moves, seen_rms
 from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_broad, is_moment, moment_words, parts_of
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.companions import only_companions
@@ -104,8 +104,7 @@ def unknown_shapes(model: Model) -> list[UnknownShape]:
     that move the TCP most. What is as broad as an effect is said axis by axis.
     """
     shapes: list[UnknownShape] = []
-    own = (i for i in model.best.members if model.units[i].effect == "unknown")
-    for i in sorted(own, key=lambda i: (-_energy(model, i), i)):
+    for i in sorted(members_of(model, "unknown"), key=lambda i: (-_energy(model, i), i)):
         shapes += _of_broad(model, i) if is_broad(model.units[i].key) else [_of_one(model, i)]
     return shapes
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
-from camrob.gap.evidence.model import Model, whole_gap
+from camrob.gap.evidence.model import Model, members_of, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.evidence.unknown import CONSTANT, FORCE, LAST_MOVE, LOAD, UNKNOWN, is_moment
 from camrob.gap.locate.axes_report import axes_report
@@ -163,7 +163,7 @@ def _of_part(
 
 def _taken_by_shapes(model: Model, panels: Sequence[Panel]) -> float:
     """Share of the energy beyond the noise that the shapes of the unknown in the best set take of what stays."""
-    own = frozenset(i for i in model.best.members if model.units[i].effect == UNKNOWN.name)
+    own = members_of(model, UNKNOWN.name)
     return _taken(model, panels, own)
 
 
@@ -252,10 +252,9 @@ def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one
     """
     taken: dict[str, float] = {}
     for effect in model.evidence.effects_of(model.best.members) - {UNKNOWN.name}:
-        for axis in {model.units[i].axis for i in model.best.members if model.units[i].effect == effect}:
-            own = frozenset(
-                i for i in model.best.members if model.units[i].effect == effect and model.units[i].axis == axis
-            )
+        members = members_of(model, effect)
+        for axis in {model.units[i].axis for i in members}:
+            own = frozenset(i for i in members if model.units[i].axis == axis)
             taken[axis] = max(taken.get(axis, 0.0), _taken(model, panels, own))
     best = max(sorted(taken), key=lambda a: taken[a], default="")
     least = max(_OF_NAME, 0.0 if one is None else one.share)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import Effect
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, members_of
 from camrob.gap.verdict.belief import BELIEF
 
 __all__ = ["shown_by_simpler"]
@@ -35,7 +35,7 @@ def shown_by_simpler(model: Model, library: Sequence[Effect], claimed: Collectio
     found: dict[str, list[str]] = {}
     poses = any(s.poses for s in model.scenes)
     for one in (e for e in kin if e.name in claimed):
-        values = model.values(frozenset(i for i in model.best.members if model.units[i].effect == one.name), model.best)
+        values = model.values(members_of(model, one.name), model.best)
         for other in kin:
             alike = other.stages == one.stages and set(other.regimes) == set(one.regimes)
             own, others = len(columns[one.name]), len(columns[other.name])

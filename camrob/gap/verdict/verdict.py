@@ -10,7 +10,7 @@ import numpy as np
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups
 from camrob.gap.evidence.fitting import with_fitting
-from camrob.gap.evidence.model import Model, effect_rms, seen_rms
+from camrob.gap.evidence.model import Model, effect_rms, members_of, seen_rms
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
@@ -319,7 +319,7 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
     """The model with effects taken out that make the prediction of withheld samples worse than it is without them."""
     with_it = shrinkage(model, trial, model.best.members, model.best.members)
     for name in sorted(model.evidence.effects_of(model.best.members) - {"unknown"}):
-        own = frozenset(i for i in model.best.members if model.units[i].effect == name)
+        own = members_of(model, name)
         rest = model.best.members - own
         without = shrinkage(model, trial, rest, rest)
         gains = np.array(

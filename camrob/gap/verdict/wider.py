@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from camrob.gap.effects.effect import Effect
-from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.model import Model, effect_rms, members_of
 from camrob.gap.verdict.belief import BELIEF
 
 __all__ = ["shown_by_wider"]
@@ -47,7 +47,7 @@ def shown_by_wider(model: Model, library: Sequence[Effect], claimed: Collection[
 
 def _pattern(model: Model, name: str) -> Array:
     """(3 N,) what an effect of the best set moves the TCP by, weighted."""
-    values = model.values(frozenset(i for i in model.best.members if model.units[i].effect == name), model.best)
+    values = model.values(members_of(model, name), model.best)
     return np.concatenate([(p.moves(values) * p.w_tcp[:, :3]).ravel() for p in model.panels])
 
 
