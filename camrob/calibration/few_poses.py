@@ -26,10 +26,7 @@ def fit_few(
     """All parameters that show at all, held to their ordinary sizes: m that they leave of poses left out, the sets, the fit, and
     what of them is fitted; None where no fit ends. scatter: m an axis that base and tool leave.
     """
-    frames = {n for n in seen.kept if n.partition("@")[0] in FRAMES}
-    names = tuple(
-        n for n in prepared[0].names if n in frames or not (n in seen.unseen or n.partition("@")[0] in FRAMES)
-    )
+    names = tuple(n for n in prepared[0].names if (n in seen.kept if _of_frame(n) else n not in seen.unseen))
     left: dict[float, float] = {}
     for part in _AGAINST:
         try:
@@ -46,3 +43,8 @@ def fit_few(
     lost = tuple(n for n in seen.left_out if n not in names)
     weak = tuple(n for n in seen.weak if n not in names)
     return left[best], kept, fit, replace(seen, kept=names, merged=merged, weak=weak, left_out=lost)
+
+
+def _of_frame(name: str) -> bool:
+    """Whether it is a value of an instrument's place or a reflector's."""
+    return name.partition("@")[0] in FRAMES

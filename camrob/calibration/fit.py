@@ -16,7 +16,7 @@ from camrob.errors import JobError, SingularError
 from camrob.frozen import locked
 from camrob.se3 import rotation_log
 
-__all__ = ["Fit", "PoseModel", "fit_parameters", "residuals"]
+__all__ = ["LEVER", "Fit", "PoseModel", "fit_parameters", "residuals"]
 
 Array = NDArray[np.float64]
 
@@ -26,8 +26,9 @@ _SETTLED = 1e-8  # squared standard errors
 _SAMPLE = 3000  # rows that a long log is begun with
 _OUTLIER = 5.0  # robust standard deviations
 _MEDIAN_NORM = 1.5382  # median length of a 3-D normal vector of unit deviation an axis
-_LEVER = 0.3  # m: beside a scatter of positions, turns scatter as if about a point so far away
 _FLOOR_POSITION, _FLOOR_ANGLE = 1e-9, 1e-10  # m, rad: noise-free data must not divide by 0
+LEVER = 0.3
+"""m: a tool is turned about a point that far from where the work is, as usual for a flange and a spindle."""
 
 
 class PoseModel(Protocol):
@@ -150,7 +151,7 @@ class _Ridge:
     @property
     def spread(self) -> tuple[float, float]:
         """The deviations an axis that residuals are weighed by, m and rad."""
-        return self.against, self.against / _LEVER
+        return self.against, self.against / LEVER
 
     @property
     def held(self) -> Array:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.fit import fit_parameters, residuals
+from camrob.calibration.fit import LEVER, fit_parameters, residuals
 from camrob.calibration.measurements import sampled_rows
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.sets import Prepared, named_parameter
@@ -19,7 +19,6 @@ __all__ = ["left_in_folds"]
 
 _FOLDS = 5  # few enough to be quick, and each fit keeps most of the poses
 _SAMPLE = 1000  # poses of a set that tell which parameters carry over
-_LEVER = 0.3  # m: a tool is turned about a point that far from where the work is, as usual for a flange and a spindle
 _GROSS = 4.0  # times the median: what lies farther off counts as much, as gross rows must not choose
 _SEED = 20261126
 
@@ -41,7 +40,7 @@ def left_in_folds(prepared: Sequence[Prepared], cell: Cell, names: Sequence[str]
         values = fit_parameters(pairs, parameters, against=against).parameters.values_array
         for p, f in zip(sets, folds, strict=True):
             rest = residuals(p.model, values, p.data.select(f == k))
-            turned = _LEVER * rest[:, 3:] if p.data.oriented else np.zeros((len(rest), 3))
+            turned = LEVER * rest[:, 3:] if p.data.oriented else np.zeros((len(rest), 3))
             left.append(np.sqrt(np.sum(rest[:, :3] ** 2, axis=1) + np.sum(turned**2, axis=1)))
     off = np.concatenate(left)
     return float(np.sqrt(np.mean(np.minimum(off, _GROSS * np.median(off)) ** 2)))

@@ -1,4 +1,4 @@
-"""What is compiled, and how often: each kernel for one kind of arguments, its parts once, and nobody waits without a word."""
+"""What is compiled, and how often: each kernel once a kind of arguments, its parts once, and nobody waits without a word."""
 
 from __future__ import annotations
 

@@ -6,8 +6,6 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from camrob.bodies.bare_links import bare_links
 from camrob.cell.cell import Cell
 from camrob.cell.poses import POSES_FILE, pose_errors
@@ -18,8 +16,6 @@ from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["CellCheckResult", "cell_check"]
-
-_STIR = 1e-6  # rad, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +61,10 @@ def _touches_at_home(cell: Cell) -> tuple[str, ...]:
     """Bodies that touch where every program begins and ends: no place of a part can help then."""
     if not cell.shapes:
         return ()
-    still = np.tile(cell.q_home, (2, 1))
-    still[1] += _STIR  # a stretch has a length
-    found = check_collisions(cell, still, cutting=[False, False], line=[0, 0], region=[-1, -1]).findings
-    pairs = dict.fromkeys(finding.text.partition(" on a move")[0] for finding in found)
-    return tuple(f"at HOME {pair}: change home_deg, or what is drawn of one of them" for pair in pairs)
+    report = check_collisions(cell, cell.q_home[None], cutting=[False], line=[0], region=[-1])
+    touching: dict[tuple[str, str], tuple[str, str]] = {}  # a pair of bodies for each two groups
+    for found in report.pairs:
+        if found.count:
+            touching.setdefault(found.groups, found.pair)
+    advice = "change home_deg, or what is drawn of one of them"
+    return tuple(f"at HOME {one} touches {other}: {advice}" for one, other in touching.values())

@@ -244,8 +244,7 @@ def _sums(text: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 def tape(text: str) -> list[tuple[int, str]]:
     """Blocks of G-code without blanks and comments, with their lines, up to the second %; what M98 calls may stand behind it."""
     rows = [(i, "".join(COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
-    rows = [(i, "" if set(block) == {")"} else block) for i, block in rows]  # what closes a comment that holds another
-    rows = [(i, block) for i, block in rows if block]
+    rows = [(i, block) for i, block in rows if block.strip(")")]  # ")" alone closes a comment that holds another
     last = next((k for k, (_, block) in enumerate(rows) if k and block.startswith("%")), len(rows))
     behind = [row for row in rows[last:] if not row[1].startswith("%")]
     called = re.search(r"M\s*0*98(?![\d.])", COMMENT.sub("", text).upper())

@@ -78,9 +78,8 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
         yield _said("feed-lower", text, k[back], row[back], story, run, run.speed[k[back]], story.feed[row[back]])
     if rapid is not None:
         rows = np.concatenate([j[~cut], match.air])
-        own = np.isin(k, strokes) & np.isfinite(
-            story.feed[row]
-        )  # out of a hole by the file's feed, judged by that above
+        # out of a hole at a feed of the file's own: `entry-faster` and `feed-lower` hold it to that
+        own = np.isin(k, strokes) & np.isfinite(story.feed[row])
         rows = rows[(run.speed[rows] > rapid + _PRINTED) & ~np.isin(rows, k[own])]
         if len(rows):
             limit = np.full(len(rows), rapid)
