@@ -118,7 +118,8 @@ def test_the_loop_ends_nearer_to_the_path_on_a_machine_of_other_code(job: Path, 
     poses = np.asarray(intended.pose)[:, :3]
     whole = float(np.linalg.norm(np.diff(poses[np.isfinite(poses).all(axis=1)], axis=0), axis=1).sum())  # mm
     assert 0.6 * whole < np.max(kept["turn 1"]["x"]) < 1.2 * whole
-    assert "reverses with the direction of motion: backlash of A1" in page and "compensate can correct" in page
+    assert "reverses with the direction of motion: joint offset of A3" in page and "backlash of A1" in page
+    assert "compensate can correct" in page
 
     (out / "turn_1" / "run.csv").write_text((out / "turn_1" / "run.csv").read_text().rsplit("\n", 2)[0] + "\n")
     with pytest.raises(InputError, match="is not the log that the next turn was made with"):
