@@ -22,7 +22,7 @@ from camrob.gap.observation.scene import Scene, axis_values, make_scene
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
-from camrob.prediction.deflection import CAUSE, GRANTED, deflection, granted_compliance, known_compliance
+from camrob.prediction.deflection import CAUSE, deflection, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
@@ -50,7 +50,8 @@ class TruePath:
     fitted; doubt: (N, 6) further standard deviations of the twist, of descriptions that may be wrong by a share of themselves;
     rest: (N,) m, the standard deviation in any one direction of what no cause explains, beside what is expected of it
     (`UNEXPLAINED` among the causes). not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes
-    that give way under the cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these.
+    that give way under the cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these, or
+    as is ordinary for the arm where nobody knows of any.
     """
 
     t: Array
@@ -170,7 +171,7 @@ def _bent(
     if force is None:
         return path
     pushed = force.in_base(path.ideal, path.t, area)
-    granted = {} if found is None else granted_compliance(scene.cell, known, found)
+    granted = granted_compliance(scene.cell, known, found)
     bent = deflection(scene, pushed if cuts is None else pushed * cuts[:, None], known, granted, force.give)
     spread = path.spread.copy()
     for k, unit in bent.sensitivity.items():
@@ -179,9 +180,9 @@ def _bent(
         path,
         true=_moved(path.true, bent.twist),
         causes=(*path.causes, Cause(CAUSE, bent.twist)),
-        spread=np.concatenate([spread, force.doubt * bent.twist[:, :, None], GRANTED * bent.granted], axis=2),
-        yields=tuple(a for a in known if a not in granted),
-        granted=tuple(granted),
+        spread=np.concatenate([spread, force.doubt * bent.twist[:, :, None], bent.granted], axis=2),
+        yields=tuple(a for a in known if a not in granted.by_axis),
+        granted=tuple(granted.by_axis),
     )
 
 

@@ -88,7 +88,8 @@ def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tm
     force = tmp_path / "FORCE.toml"
     force.write_text("doubt = 0.1\n[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n")
     pushed = machine_errors(Sought(FOLDER, force=force), CELL, None)
-    assert pushed.any_force == 0.0 and pushed.doubt == 0.1
+    assert pushed.any_force == 0.0 and pushed.doubt == pytest.approx(np.hypot(0.1, np.log(2.0)))
+    np.testing.assert_allclose(pushed.granted, pushed.compliance / np.sqrt(3.0))
     np.testing.assert_allclose(pushed.force.mean(np.array([0.02])), [[-60.0, 30.0, 20.0]])
 
 

@@ -19,6 +19,8 @@ from camrob.cutting.dexels import Dexels, Moves
 from camrob.cutting.engagement import removed_area
 from camrob.errors import InputError
 from camrob.jobs.predict import predict
+from camrob.jobs.solving.machine_errors import machine_errors
+from camrob.jobs.solving.sought import Sought
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import Milling
@@ -90,8 +92,17 @@ def force_file(folder: Path, text: str) -> Path:
 MEAN = "[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n"
 
 
-def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path) -> None:
-    yields = {"A1.compliance": 2e-6, "A2.compliance": 3e-6, "A5.compliance": 8e-6}
+@pytest.mark.parametrize("measured", [True, False])
+def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path, measured: bool) -> None:
+    """A1, A2 and A5 as they were measured, the others as such axes have beside these; or all of them as is ordinary, as the
+    planner takes them.
+    """
+    given, own = np.array([2e-6, 3e-6, 0.0, 0.0, 8e-6, 0.0]), np.array([2, 3, 5])
+    given[own] = np.mean([2e-6, 3e-6, 2e-6]) * np.array([1.0, 4.0, 4.0])
+    yields = {f"A{k + 1}.compliance": given[k] for k in (0, 1, 4)}
+    if not measured:
+        planner = machine_errors(Sought(CELL, force=force_file(tmp_path, MEAN)), read_cell(CELL), None)
+        given, own, yields = planner.compliance, np.arange(6), {"A1.zero": 1e-5}
     fitted = calibration(tmp_path / "fitted.toml", yields)
     cell = read_cell(CELL)
     text = read_krl(program)
@@ -104,7 +115,9 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
     bent = path.causes[-1]
     assert bent.name == CAUSE and [c.name for c in path.causes[:-1]] == [c.name for c in plain.causes]
     np.testing.assert_allclose(path.true[:, :3, 3] - plain.true[:, :3, 3], bent.twist[:, :3], atol=1e-12)
-    np.testing.assert_allclose(path.spread[:, :, -1], 0.1 * bent.twist)
+    doubt = path.spread[:, :, -len(own) - 1 - (not measured) :]
+    np.testing.assert_allclose(doubt[:, :, 0], 0.1 * bent.twist)
+    assert path.granted == tuple(f"A{k + 1}" for k in own)
 
     edge = np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])
     axis = run.setpoints(generator.AXES) / edge
@@ -117,9 +130,12 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
         c, s = np.cos(axis[k, 7]), np.sin(axis[k, 7])
         world_R_base = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         f = world_R_base @ push[k]
-        given = np.zeros(6)
-        given[[0, 1, 4]] = 2e-6, 3e-6, 8e-6
-        moved = J[:3] @ (given * (J[:3].T @ f))
+        by_axis = J[:3] * (given * (J[:3].T @ f))
+        expected = world_R_base.T @ by_axis[:, own] / np.sqrt(3.0)
+        np.testing.assert_allclose(doubt[k, :3, 1 : 1 + len(own)], expected, atol=1e-10)
+        moved = by_axis.sum(axis=1)
+        if not measured:  # and all of them half or twice as much
+            np.testing.assert_allclose(doubt[k, :3, -1], world_R_base.T @ moved * np.log(2.0), atol=1e-10)
         z = path.ideal[k, :3, 2]
         axial = (push[k] @ z) * z
         moved = world_R_base.T @ moved + 5e-8 * (push[k] - axial) + 1e-8 * axial

@@ -185,8 +185,13 @@ def test_only_axes_that_gravity_told_of_are_known() -> None:
     found = FittedUnits((), (), (), np.zeros(5), cov)
     known = {"A2": (2e-6, 0), "A3": (3e-6, 1), "A4": (8e-6, 2), "A5": (1.2e-5, 3), "A6": (1e-7, 4)}
     mean = np.mean([2e-6, 3e-6, 2e-6, 3e-6])
-    assert granted_compliance(cell, known, found) == pytest.approx({"A1": mean, "A6": 4 * mean})
-    assert granted_compliance(cell, {}, found) == {}
+    got = granted_compliance(cell, known, found)
+    assert got.by_axis == pytest.approx({"A1": mean, "A6": 4 * mean}) and got.alike == 0.0
+    # where none was seen all are as is ordinary, and may all be half or twice as much
+    for nothing in ({}, {"A6": known["A6"]}):
+        got = granted_compliance(cell, nothing, found)
+        assert list(got.by_axis.values()) == pytest.approx([4e-6] * 3 + [1.6e-5] * 3, rel=0.1)
+        assert 0.5 < got.alike < 1.0
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.terms import ErrorTerm, TermKind, term_of
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
-from camrob.gap.effects.robot_size import COMPLIANCE_RATIO, compliances_beside, ordinary_compliance
+from camrob.gap.effects.robot_size import COMPLIANCE_RATIO
 from camrob.gap.evidence.discrepancy import LENGTHS, unit_of
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.scene import axis_values
@@ -21,7 +21,7 @@ from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.solving.chain_constants import ChainConstants, chain_constants
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.surface_of_path import SurfaceOfPath
-from camrob.prediction.deflection import GRANTED, granted_compliance, known_compliance
+from camrob.prediction.deflection import GRANTED, Granted, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
 from camrob.redundancy.accuracy.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
@@ -53,14 +53,13 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
     yields = known_compliance(found, model, constants)
     known = {a: v for a, (v, _k) in yields.items() if a in _arm(cell)}
-    taken = {} if found is None else granted_compliance(cell, yields, found)
     axes, terms = _AxisErrors(cell, model, constants, found), _terms(cell, model, found)
     chain, values = chain_constants(cell, terms), np.append(constants, np.zeros(len(terms) - len(constants)))
     root, by_root = _roots(terms, chain, found)
-    granted = not known and (force is not None or axes.empty)
+    nothing_yields = not known and force is None and not axes.empty
+    taken, alike = Granted({}, 0.0) if nothing_yields else granted_compliance(cell, yields, found)
     sagging = np.array([known.get(a, 0.0) for a in _arm(cell)])
-    compliance = compliances_beside(sagging, 0.0 if not granted else ordinary_compliance(cell))
-    compliance = np.array([taken.get(a, c) for a, c in zip(_arm(cell), compliance, strict=True)])
+    compliance = np.array([taken.get(a, known.get(a, 0.0)) for a in _arm(cell)])
     return PostureErrors(
         compliance=compliance,
         sagging=sagging,
@@ -74,7 +73,8 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         root=root,
         tip=np.zeros(2) if force is None else force.give,
         force=NoForce() if force is None else force,
-        doubt=0.0 if force is None else force.doubt,
+        # what scales all compliances scales the deflection, as the force does
+        doubt=0.0 if force is None else float(np.hypot(force.doubt, alike)),
         any_force=_ANY_FORCE / np.sqrt(3.0) if force is None else 0.0,
         rest=rest,
         unexplained=None if found is None else unexplained_rest(cell, found, by_root),

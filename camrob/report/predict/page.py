@@ -165,12 +165,11 @@ def _force(force: PredictedForce | None) -> str:
     """What pushes, what yields, and what nobody can tell from this."""
     if force is None:
         return ""
-    yields = ", ".join(force.yields) or "no axis"
+    yields = f"{escape(', '.join(force.yields) or 'no axis')}, as the diagnosis found"
     others = "other axes are taken as stiff"
     if force.granted:
-        others = (
-            f"{escape(', '.join(force.granted))}, which nobody knows, as such axes do beside these, give or take all"
-        )
+        like = "such axes do beside these" if force.yields else "is ordinary for an arm of its size"
+        others = f"{escape(', '.join(force.granted))}, which nobody knows, as {like}, give or take all"
     tool = "tool and holder as stated" if force.tool else "tool and holder are taken as stiff"
     rows = [
         ["force", f"{escape(force.words)} ({escape(force.model)})"],
@@ -178,7 +177,7 @@ def _force(force: PredictedForce | None) -> str:
             "it may be wrong by",
             f"{number(100.0 * force.doubt, 0, '%')} of itself, one standard deviation; the band holds that",
         ],
-        ["what yields", f"{escape(yields)}, as the diagnosis found; {tool}; {others}"],
+        ["what yields", f"{yields}; {tool}; {others}"],
         ["deflection of the tool", f"{number(force.deflection_p95_mm, 3, 'mm')} or less on 95 % of the run"],
     ]
     note = (
