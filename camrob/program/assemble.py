@@ -193,8 +193,9 @@ def _path_rows(
     return _Rows(point, q, cell.to_axis_values(q), kinds, path.stretch[point])
 
 
-def _bottoms(frames: Array, kind: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """(M,) True where a LIN goes down the tool's axis and the next one comes up it: rounded off, the depth isn't reached.
+def _turns(frames: Array, kind: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """(M,) True where a LIN goes along the tool's axis and the next one back: rounded off, neither a hole's bottom is reached,
+    nor, between two pecks, the height at which the tool is out of it.
 
     frames: (M, 4, 4) poses at the rows' ends.
     """
@@ -202,7 +203,7 @@ def _bottoms(frames: Array, kind: NDArray[np.int8]) -> NDArray[np.bool_]:
     along = np.sum(way * frames[1:, :3, 2], axis=1)
     plain = np.abs(along) > _ALONG * np.linalg.norm(way, axis=1)
     out = np.zeros(len(frames), np.bool_)
-    out[1:-1] = (along[:-1] < 0.0) & (along[1:] > 0.0) & plain[:-1] & plain[1:]
+    out[1:-1] = (along[:-1] * along[1:] < 0.0) & plain[:-1] & plain[1:]
     out[1:-1] &= (kind[1:-1] == Motion.LIN) & (kind[2:] == Motion.LIN)
     return out
 
@@ -216,7 +217,7 @@ def _approximate(
     *,
     everywhere: bool,
 ) -> NDArray[np.bool_]:
-    """(M,) rounded off: everywhere but where cutting begins or ends, at bottoms of holes, events, HOME and PTP.
+    """(M,) rounded off: everywhere but where cutting begins or ends, at turns in holes, events, HOME and PTP.
 
     placed: the row that each step of the process stands before. everywhere: also before what happens in air, as the language's
     own statements don't stop the robot.
@@ -230,7 +231,7 @@ def _approximate(
     result = (cutting == follows) & (kind != Motion.PTP_AXES) & (kind != Motion.PTP_POSE)
     result[np.flatnonzero(point[1:] < 0)] = False  # before the way to HOME, or to where tools are changed
     result &= kind != Motion.CIRC_VIA
-    result &= ~_bottoms(np.asarray(path.base_T_tip)[np.maximum(point, 0)], kind)
+    result &= ~_turns(np.asarray(path.base_T_tip)[np.maximum(point, 0)], kind)
     for step, row in zip(process.steps, placed, strict=True):
         if step.kind is EventKind.MESSAGE:
             continue

@@ -259,3 +259,10 @@ def test_the_reach_of_its_name() -> None:
     plate = base_T_flange(cell, cell.to_q(level))
     wrist = plate[:3, 3] - 0.2 * plate[:3, 2]  # A5 to the plate
     assert wrist[0] + 1.9 == pytest.approx(2.65, abs=0.005) and wrist[2] + 0.7 == pytest.approx(0.78)
+
+
+def test_an_axis_that_the_cell_lacks_is_9e9(made: PostResult, tmp_path: Path) -> None:
+    """ABB passes over its value: a warning, of which the release of a program of camrob's own makes a refusal."""
+    text = source(made)
+    result = judged(made, text.replace(",9E9,9E9,9E9,9E9,9E9]", ",0,9E9,9E9,9E9,9E9]"), tmp_path)
+    assert [w.code for w in result.summary.warnings if w.code == "axis-absent"] == ["axis-absent"]

@@ -111,3 +111,39 @@ def test_air_is_held_to_the_usual_rapid_where_the_set_up_names_none(tmp_path: Pa
     for usual, codes in ((0.1, set()), (0.09, {"rapid-higher"}), (None, set())):
         verdict = judge(program, KR15, clfile=tmp_path / "in" / "a.h", usual_rapid=usual)
         assert {o.code for o in verdict.objections} == codes
+
+
+DEEP = (
+    "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S6000\n2 L X+0 Y+0 Z+40 R0 FMAX M3\n3 CYCL DEF 200 Q200=2 Q201=-9 Q206=120 "
+    "Q202=4 Q210=0 Q203=+0 Q204=20 Q211=0\n4 L X+5 FMAX M99\n5 L Z+40 FMAX\n6 M5\n7 M30\n8 END PGM A MM\n"
+)
+
+
+def _rows(tmp_path: Path) -> tuple[Path, list[str], dict[float, list[int]]]:
+    """A posted deep hole, its lines, and which of them go to which height above the part's zero."""
+    made = posted(tmp_path, "a.h", DEEP, setup="part_in_base = [0, 0, 200, 0, 0, 0]\n")
+    program = next(made.out.glob("*.src"))
+    lines = program.read_text(encoding="ascii").split("\n")
+    heights: dict[float, list[int]] = {}
+    for k, row in enumerate(lines):
+        if row.startswith("LIN"):
+            heights.setdefault(round(float(row.split("Z ")[1].split(",")[0]) - 200.0, 3), []).append(k)
+    return program, lines, heights
+
+
+def test_a_turn_between_two_bites_is_exact_in_what_camrob_writes(tmp_path: Path) -> None:
+    """Rounded off, the tool turns before it is out: a warning of somebody else's program, and no excuse for our own."""
+    program, lines, heights = _rows(tmp_path)
+    tops = heights[2.0][1:]
+    assert len(tops) == 2 and not any("C_DIS" in lines[k] for k in tops)
+    assert _objections(tmp_path, program, lines) == set()
+    lines[tops[0]] = lines[tops[0]].rstrip() + " C_DIS"
+    assert _objections(tmp_path, program, lines) == {"peck-top-rounded"}
+
+
+@pytest.mark.parametrize(("above", "passes"), [(0.0, False), (0.05, False), (0.15, True), (1.0, True)])
+def test_no_rapid_ends_on_what_is_drilled(tmp_path: Path, above: float, passes: bool) -> None:
+    program, lines, heights = _rows(tmp_path)
+    (back,) = heights[-2.0]  # 2 mm above the first bite's end at -4
+    lines[back] = lines[back].replace("Z 198.000", f"Z {196.0 + above:.3f}")
+    assert _objections(tmp_path, program, lines) == (set() if passes else {"hole-onto-bottom"})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +12,11 @@ import pytest
 from camrob.witness.happenings import Kind, Run
 from camrob.witness.judge import judge
 from camrob.witness.krl.run import run_program
-from camrob.witness.machine import read_machine
+from camrob.witness.machine import Machine, read_machine
 
 CELL = Path(__file__).parents[2] / "cells" / "kr15_track_table"
 MACHINE = read_machine(CELL)
+SPLINES = replace(MACHINE, controller=replace(MACHINE.controller, own={**MACHINE.controller.own, "motions": "SLIN"}))
 EK = "$BASE = EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {X 0,Y 0,Z 0,A 0,B 0,C 0})"
 TOOL = "$TOOL = {X 0,Y -41.763657,Z 415.577926,A 0,B 0,C -159.579784}"
 STATED = [
@@ -30,11 +33,13 @@ HOME = "PTP {E6AXIS: A1 0,A2 -90,A3 90,A4 0,A5 90,A6 0,E1 0,E2 0}"
 WAY = ["LIN {Z 600} C_DIS", "LIN {Z 590}"]
 
 
-def run(folder: Path, *lines: str, head: list[str] = HEAD, data: str = "", tail: str = "") -> Run:
+def run(
+    folder: Path, *lines: str, head: list[str] = HEAD, data: str = "", tail: str = "", machine: Machine = MACHINE
+) -> Run:
     """A program of these lines behind a head and a way to HOME; data: of its data list; tail: behind its END."""
     (folder / "job.src").write_text("\n".join(["DEF job ( )", *head, HOME, *lines, "END", tail, ""]))
     (folder / "job.dat").write_text(f"DEFDAT job\n{data}\nENDDAT\n")
-    return run_program(folder / "job.src", MACHINE)
+    return run_program(folder / "job.src", machine)
 
 
 def said(made: Run) -> list[str]:
@@ -311,9 +316,11 @@ def test_goto_leads_to_its_mark(tmp_path: Path) -> None:
 
 
 def test_a_spline_of_lines_is_lines(tmp_path: Path) -> None:
-    assert said(run(tmp_path, "SPLINE", "SLIN {Z 600}", "SLIN {Z 590}", "ENDSPLINE")) == []
-    assert only(run(tmp_path, "SPLINE", "SLIN {Z 600}", "SPL {Z 590}", "ENDSPLINE"), "spline")
-    made = run(
+    run_splines = partial(run, machine=SPLINES)
+    assert said(run(tmp_path, "SPLINE", "SLIN {Z 600}", "SLIN {Z 590}", "ENDSPLINE")) == ["spline-unasked"]
+    assert said(run_splines(tmp_path, "SPLINE", "SLIN {Z 600}", "SLIN {Z 590}", "ENDSPLINE")) == []
+    assert only(run_splines(tmp_path, "SPLINE", "SLIN {Z 600}", "SPL {Z 590}", "ENDSPLINE"), "spline")
+    made = run_splines(
         tmp_path,
         "SPLINE WITH $VEL.CP = 1",
         "SLIN {Z 600}",
@@ -322,10 +329,10 @@ def test_a_spline_of_lines_is_lines(tmp_path: Path) -> None:
         "LIN {Z 594}",
     )
     assert said(made) == [] and made.speed.tolist()[-3:] == [1.0, 0.2, 0.05]
-    assert only(run(tmp_path, "SPLINE WITH $ACC.CP = 1", "SLIN {Z 600}", "ENDSPLINE"), "WITH")
-    assert only(run(tmp_path, "SPLINE", "SLIN {Z 600}", "ENDSPLINE C_SPL"), "spline")
+    assert only(run_splines(tmp_path, "SPLINE WITH $ACC.CP = 1", "SLIN {Z 600}", "ENDSPLINE"), "WITH")
+    assert only(run_splines(tmp_path, "SPLINE", "SLIN {Z 600}", "ENDSPLINE C_SPL"), "spline")
     for inside in ("LIN {Z 590}", "SLIN {Z 590} C_SPL", "$VEL.CP = 0.1", "WAIT SEC 1"):
-        assert "spline-block" in said(run(tmp_path, "SPLINE", "SLIN {Z 600}", inside, "ENDSPLINE")), inside
+        assert "spline-block" in said(run_splines(tmp_path, "SPLINE", "SLIN {Z 600}", inside, "ENDSPLINE")), inside
 
 
 def test_the_judge_counts_it(tmp_path: Path) -> None:

@@ -60,7 +60,9 @@ _NEVER = {
     UNNAMED: "name X, Y and Z in a rapid move before it",
 }
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own
-_OWN = frozenset({"no-status-turn", "ends-elsewhere", "path-from-home", "table-row"})
+_OWN = frozenset(
+    """no-status-turn ends-elsewhere path-from-home table-row peck-top-rounded spline-unasked axis-absent""".split()
+)
 _BY = "an independent witness"
 SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE = "--feed optimal", "the set-up's tolerance"
 _LONGEST = 90  # characters of a statement that is quoted

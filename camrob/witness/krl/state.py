@@ -227,10 +227,16 @@ class State:
 
     def needs_splines(self, line: Line) -> None:
         """A motion of the spline kind, which controllers have from KSS 8 on."""
-        if self.machine.controller.own.get("generation") == "KRC2":
-            text = "motions of the spline kind (SLIN, SPLINE, ...), which the cell's controller, a KRC2, doesn't know"
-            if all(old.code != "not-on-controller" for old in self.objections):
-                self.object("not-on-controller", text, line)
+        what, own = "motions of the spline kind (SLIN, SPLINE, ...), which the cell's", self.machine.controller.own
+        if own.get("generation") == "KRC2":
+            self.object_once("not-on-controller", f"{what} controller, a KRC2, doesn't know", line)
+        elif own.get("motions") != "SLIN":
+            self.object_once("spline-unasked", f"{what} [controller] doesn't name as its motions", line, "warning")
+
+    def object_once(self, code: str, text: str, line: Line | int, severity: str = "error") -> None:
+        """Notes what stands against the program where nothing of its code does yet."""
+        if all(old.code != code for old in self.objections):
+            self.object(code, text, line, severity)
 
     def waits(self, line: Line) -> None:
         """The advance run stops: the motion before ends exactly where it was sent."""

@@ -70,7 +70,7 @@ class RapidMotions:
         middle = poses[0][0][:3] if how == CIRC else [_NAN] * 3
         status, turn = self._configuration(conf) if how == POSE and self.by_configuration else (-1, -1)
         self._check(line, arc=how == CIRC)
-        axes = [_NAN] * 6 + self._external(external)
+        axes = [_NAN] * 6 + self._external(external, line)
         self._add(how, pose, middle, axes, status, turn, rounds, mm_to_m(speed[0]), line)
 
     def rows(self, rows: Sequence[MoveRow]) -> None:
@@ -93,7 +93,7 @@ class RapidMotions:
             state.gap(Line(int(lines[wrong[0]]), "", "", "MoveL .."), "its quaternion is not of length 1")
         axes = np.full((count, len(state.machine.axis_names)), np.nan)
         for i, row in enumerate(rows):
-            axes[i, 6:] = self._external(list(row.external))
+            axes[i, 6:] = self._external(list(row.external), int(lines[i]))
             state.external = [float(v) for v in axes[i, 6:]]
         state.moves(first.number, False, rounds)
         speed = mm_to_m(np.array([row.speed[0] for row in rows]))
@@ -183,9 +183,13 @@ class RapidMotions:
         status = behind + (0 if folded_back else 2) + 4 * negative  # KUKA's bits
         return status, sum((int(value) + 8) << shift for value, shift in zip(conf[:3], (8, 4, 0), strict=True))
 
-    def _external(self, values: list[float]) -> list[float]:
-        """The external axes after a motion; one that is 9E9 keeps its value."""
-        out = list(self.state.external)
+    def _external(self, values: list[float], line: Line | int) -> list[float]:
+        """The external axes after a motion; 9E9 keeps a value. Warns of one that the text gives and the cell lacks."""
+        out, own = list(self.state.external), {int(name[1:]) - 1 for name in self.state.machine.axis_names[6:]}
+        lacking = next((k for k, value in enumerate(values) if value < _NO_AXIS and k not in own), None)
+        if lacking is not None:
+            text = f"eax_{'abcdef'[lacking]}, which the cell lacks, has a value, and no 9E9"
+            self.state.object_once("axis-absent", text, line, "warning")
         for k, name in enumerate(self.state.machine.axis_names[6:]):
             given = values[int(name[1:]) - 1]
             out[k] = given if given < _NO_AXIS else out[k]
@@ -195,7 +199,7 @@ class RapidMotions:
         if not isinstance(value, list) or len(value) != 2:
             raise NotSaidError("a jointtarget is wanted")
         arm, external = numbers_of(value[0], 6), numbers_of(value[1], 6)
-        axes = [*arm, *self._external(external)]
+        axes = [*arm, *self._external(external, line)]
         self._add(AXES, [_NAN] * 6, [_NAN] * 3, axes, -1, -1, rounds, _NAN, line)
 
     def _check(self, line: Line, arc: bool) -> None:

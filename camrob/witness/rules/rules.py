@@ -39,6 +39,8 @@ PATH_CODES = frozenset(
         "motion-extra",
         "off-path",
         "hole-rounded",
+        "hole-onto-bottom",
+        "peck-top-rounded",
         "retract-elsewhere",
         "peck-deeper",
         "peck-ends",

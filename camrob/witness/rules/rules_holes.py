@@ -8,13 +8,21 @@ from numpy.typing import NDArray
 from camrob.witness.happenings import Objection, Run, Story, Way
 from camrob.witness.rules.rules_geometry import AXIS, POSITION, Track
 from camrob.witness.rules.rules_path import Match
+from camrob.witness.units import m_to_mm, mm_to_m
 
 __all__ = ["hole_objections"]
+
+_ABOVE = mm_to_m(0.1)  # above what is drilled a rapid has to end: chips lie there, and a robot overshoots
+_FASTER = 6e-7  # m/s: half the last decimal of a speed that is printed, and a little
 
 
 def hole_objections(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
     """What stands against the holes of a program."""
-    return [*_rounded(match, file, story, prog, run), *_retracted(match, file, story, prog, run)]
+    return [
+        *_rounded(match, file, story, prog, run),
+        *_between_pecks(match, file, story, prog, run),
+        *_retracted(match, file, story, prog, run),
+    ]
 
 
 def _rounded(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
@@ -40,6 +48,44 @@ def _rounded(match: Match, file: Track, story: Story, prog: Track, run: Run) -> 
     return [
         _said("hole-rounded", f"the hole's bottom is not reached exactly{many}: it is rounded off", run, int(rows[0]))
     ]
+
+
+def _between_pecks(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
+    """The first rapid that ends on what is drilled already, and, as a warning, the first turn between two pecks that is rounded
+    off, so that the tool does not come out as high as the file says.
+    """
+    holes = story.way[match.pairs[:, 1]] == Way.HOLE
+    (j, i), cuts = match.pairs[holes].T, match.cuts[holes]
+    if not len(j):
+        return []
+    order = np.lexsort((j, i))
+    j, i, cuts = j[order], i[order], cuts[order]
+    row = np.searchsorted(file.rows, i)
+    off = file.start[row] - prog.tip[np.searchsorted(prog.rows, j)]
+    low = np.einsum("ij,ij->i", off, file.axis[row])  # m below where the hole's motion starts
+    first = np.append(True, np.diff(i) != 0)
+    came = np.where(first, 0.0, np.append(0.0, low[:-1]))
+    reach = (
+        2.0 * float(np.abs(low).max()) + 1.0
+    )  # a hole's count times this keeps what was reached in it from the others'
+    far = np.cumsum(first) * reach
+    deepest = np.maximum.accumulate(np.maximum(low, 0.0) + far) - far
+    drilled = np.where(first, 0.0, np.append(0.0, deepest[:-1]))
+    down, found = low > came + POSITION, list[Objection]()
+    fast = run.speed[j] > story.feed[i] + _FASTER
+    onto = np.flatnonzero(~cuts & down & fast & (low > drilled - _ABOVE))
+    if len(onto):
+        least = m_to_mm(_ABOVE)
+        text = f"comes down the hole in rapid to less than {least:g} mm above what is drilled already"
+        found.append(_said("hole-onto-bottom", text, run, int(j[onto[0]])))
+    turns = ~cuts & (low < came - POSITION) & np.append(down[1:] & ~first[1:], False)
+    turns = np.flatnonzero(turns & ~run.exact[j])
+    if len(turns):
+        text = (
+            "out of the hole between two pecks, and there it is rounded off: it turns before it is out as far as that"
+        )
+        found.append(_said("peck-top-rounded", text, run, int(j[turns[0]]), severity="warning"))
+    return found
 
 
 def _retracted(match: Match, file: Track, story: Story, prog: Track, run: Run) -> list[Objection]:
@@ -77,6 +123,6 @@ def _behind_a_hole(i: int, way: NDArray[np.int8], joined: NDArray[np.bool_]) -> 
     return rapids > 0 <= k and bool(way[k] == Way.HOLE)
 
 
-def _said(code: str, text: str, run: Run, row: int) -> Objection:
+def _said(code: str, text: str, run: Run, row: int, severity: str = "error") -> Objection:
     line = int(run.path.line[row])
-    return Objection(code, f"line {line} of the program: {text}", line=line, file=int(run.file[row]))
+    return Objection(code, f"line {line} of the program: {text}", line=line, file=int(run.file[row]), severity=severity)

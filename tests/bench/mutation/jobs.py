@@ -63,6 +63,7 @@ def all_jobs() -> dict[str, Job]:
     from mutation import (
         jobs_apt,
         jobs_controls,
+        jobs_found,
         jobs_frames,
         jobs_gcode,
         jobs_newest,
@@ -77,6 +78,7 @@ def all_jobs() -> dict[str, Job]:
         *jobs_apt.jobs(),
         *jobs_gcode.jobs(),
         *jobs_controls.jobs(),
+        *jobs_found.jobs(),
         *jobs_frames.jobs(),
         *jobs_newest.jobs(),
         *jobs_ordinary.jobs(),

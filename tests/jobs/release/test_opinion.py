@@ -49,7 +49,15 @@ def test_a_long_statement_is_cut_and_a_file_that_is_gone_leaves_the_text(tmp_pat
 
 @pytest.mark.parametrize(
     ("code", "released"),
-    [("no-status-turn", False), ("ends-elsewhere", False), ("path-from-home", False), ("no-hook", True)],
+    [
+        ("no-status-turn", False),
+        ("ends-elsewhere", False),
+        ("path-from-home", False),
+        ("peck-top-rounded", False),
+        ("spline-unasked", False),
+        ("axis-absent", False),
+        ("no-hook", True),
+    ],
 )
 def test_what_is_a_warning_in_anothers_program_is_none_in_our_own(tmp_path: Path, code: str, released: bool) -> None:
     said = _verdict(Objection(code, "something odd", severity="warning"))
