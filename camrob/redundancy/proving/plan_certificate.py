@@ -18,8 +18,7 @@ from camrob.redundancy.proving.whole_plan import Told
 
 __all__ = ["write_certificate"]
 
-# of a plane and of a bin: what other enclosures, which are not the prover's, may be wider by
-_LOWERED, _WIDER = 0.0005, 0.01
+_LOWERED = 0.0005  # of a plane: what other enclosures of a price, which are not the prover's, may be wider by
 
 
 def write_certificate(
@@ -30,11 +29,9 @@ def write_certificate(
     for p, (stated, told) in enumerate(pieces):
         own = _stated(cell, objective, stated)
         for n, level in enumerate(told):
-            planes, box = level["planes"].copy(), level["box"].copy()
+            planes = level["planes"].copy()
             planes[:, 0] -= _LOWERED * np.abs(planes[:, 0])
-            planes[:, 1:] *= 1.0 + _WIDER
-            box[:, 1] *= 1.0 + _WIDER
-            own |= {f"{name}{n}": value for name, value in (level | {"planes": planes, "box": box}).items()}
+            own |= {f"{name}{n}": value for name, value in (level | {"planes": planes}).items()}
         columns |= {f"{p}.{name}": value for name, value in (own | {"levels": np.array(len(told))}).items()}
     with file.open("wb") as stream:
         np.savez_compressed(

@@ -16,6 +16,7 @@ Ints = NDArray[np.int64]
 
 _WORTH = np.array([1.2, 1.2, 0.6, 0.6, 0.6])  # as widths are weighed in `bin_prices`
 _ROUNDING, _LEAST = 1e-12, 1e-9  # m and rad: what is added to a box, and half of the smallest
+_WIDER = 0.01  # of a box: what the checker's enclosure of its cells may be wider by; planes are to hold there too
 
 
 class Bins(NamedTuple):
@@ -64,5 +65,5 @@ def _bin(seen: Array) -> tuple[Array, Array]:
     low, high = (middle - far).min(axis=0), (middle + far).max(axis=0)
     box, at = np.zeros((2, SEEN)), [0, 1, 3, 4]
     box[0, at] = 0.5 * (low + high)
-    box[1, at] = np.maximum(0.5 * (high - low) * (1.0 + _ROUNDING) + _ROUNDING, _LEAST)
+    box[1, at] = np.maximum(0.5 * (high - low) + _ROUNDING, _LEAST) * (1.0 + _WIDER)
     return frame, box
