@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.read_krl import read_krl
@@ -207,7 +208,10 @@ def test_steps_from_the_last_target(tmp_path):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (P0 + "LIN_REL {X 1} #TOOL", "the tool's own axes"),
+        (P0 + "LIN_REL {A 1} #TOOL", "turns the tool"),
+        (P0 + "LIN_REL {X 1,E1 2} #TOOL", "of axes along the tool"),
+        (P0 + "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\nE6=$POS_ACT\nLIN E6", "stands .* not in the program"),
+        (P0 + "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nQ=$POS_ACT\nLIN Q", "stands .* not in the program"),
         (P0 + "LIN_REL {A 1}", "turns the tool"),
         (P0 + "$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\nLIN_REL {X 1}", "doesn't hold"),
         (P0 + "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\nLIN_REL {X 1}", "doesn't hold"),
@@ -221,6 +225,64 @@ def test_steps_from_the_last_target(tmp_path):
 def test_steps_that_lead_nobody_knows_where(tmp_path, body, message):
     with pytest.raises(KrlError, match=message):
         read(tmp_path, body)
+
+
+def test_steps_along_the_tool(tmp_path):
+    """By SciPy's rotations."""
+    at, step = [10.0, 20.0, 30.0, 25.0, -40.0, 160.0], [3.0, -2.0, 50.0]
+    pose = ",".join(f"{n} {v}" for n, v in zip("XYZABC", at, strict=True))
+    program = read(tmp_path, f"LIN {{{pose}}}\nLIN_REL {{X 3,Y -2,Z 50}} C_DIS #TOOL\nPTP_REL {{Z -50}} #TOOL")
+    turn = Rotation.from_euler("ZYX", at[3:], degrees=True)
+    assert program.pose[1].tolist() == pytest.approx([*(at[:3] + turn.apply(step)), *at[3:]], abs=1e-9)
+    assert program.pose[2].tolist() == pytest.approx([*(at[:3] + turn.apply([3, -2, 0])), *at[3:]], abs=1e-9)
+    assert program.blend[1] == Blend.DISTANCE and int(program.kind[2]) == Motion.PTP_POSE
+
+
+def test_from_where_the_robot_stands(tmp_path):
+    """A program that asks waits until the robot is there: nothing is rounded off before it."""
+    body = P0 + "LIN {X 5} C_DIS\nQ=$POS_ACT\nQ.Z=Q.Z+100\nLIN Q C_DIS\nLIN {X 9} C_DIS\nR=$POS_ACT.X+1\nLIN {X R}\n"
+    program = read(
+        tmp_path, body + "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\nA=$AXIS_ACT\nA.A6=A.A6-7\nPTP A\nPTP $AXIS_ACT"
+    )
+    assert program.pose[:5, 0].tolist() == [1, 5, 5, 9, 10] and program.pose[:5, 2].tolist() == [3, 3, 103, 103, 103]
+    assert program.blend[:5].tolist() == [0, 0, Blend.DISTANCE, 0, 0]
+    assert program.axes[-1].tolist() == [1, 2, 3, 4, 5, -1] and program.external[:, 0].tolist() == [7] * len(program)
+    assert codes(program) == ["null-motion"]
+
+
+def test_messages_of_the_controller_move_nothing(tmp_path):
+    body = f'{P0}MsgNotify("hello")\nA=1\nIF $IN[7]==TRUE THEN\nmsgdialog(A,"gone?")\nWAIT FOR $IN[7]==FALSE\nHALT\nENDIF\n'
+    program = read(tmp_path, body + "LIN {X 4}")
+    assert codes(program) == ["block-skipped"] and len(program) == 2
+    with pytest.raises(KrlError, match="X has no number"):
+        read(tmp_path, body + "LIN {X A}")  # what the operator answers
+    with pytest.raises(KrlError, match="IF whose course"):
+        read(tmp_path, body + "END\nDEF MSGDIALOG (A:OUT, B:IN)\nLIN {X 50}")  # a routine of the program's own
+
+
+def test_inline_forms_of_the_spline_kind(tmp_path):
+    data = (
+        'DECL FDAT FP1={TOOL_NO 2,BASE_NO 3,IPO_FRAME #BASE,POINT2[] " "}\nDECL LDAT LCPDAT1={VEL 2,ACC 100,APO_DIST 7,'
+        "ORI_TYP #VAR}\nDECL PDAT PDEFAULT={VEL 100,ACC 100,APO_DIST 100}\n"
+        "DECL FRAME TOOL_DATA[2]\nTOOL_DATA[2]={X 1,Y 2,Z 3,A 0,B 0,C 0}\nDECL FRAME BASE_DATA[3]\n"
+        "BASE_DATA[3]={X 4,Y 5,Z 6,A 0,B 0,C 0}"
+    )
+    form = "$TOOL = STOOL2(FP1), $BASE = SBASE(FP1.BASE_NO), $IPO_MODE = SIPO_MODE(FP1.IPO_FRAME), $LOAD = SLOAD(FP1.TOOL_NO), "
+    ptp = f"WITH $VEL_AXIS[1] = SVEL_JOINT(50.0), {form}$ACC_AXIS[1] = SACC_JOINT(PDEFAULT), $APO = SAPO_PTP(PDEFAULT)"
+    line = f"WITH $VEL = SVEL_CP(0.5, , LCPDAT1), {form}$ACC = SACC_CP(LCPDAT1), $ORI_TYPE = SORI_TYP(LCPDAT1), "
+    line += "$APO = SAPO(LCPDAT1), $JERK = SJERK(LCPDAT1), $COLLMON_TOL_PRO[1] = USE_CM_PRO_VALUES(0) C_SPL"
+    program = read(
+        tmp_path,
+        f"$VEL.CP=0.1\nSPTP {{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}} {ptp}\nSLIN {{X 1,Y 2,Z 3,A 4,B 5,C 6}} {line}\nLIN {{X 3}}",
+        data,
+    )
+    assert program.speed.tolist() == [0, 0.5, 0.1] and program.blend_mm[1] == 7 and np.isnan(program.blend_mm[2])
+    tools, bases = (
+        [f.xyzabc[:3].tolist() for f in frames]
+        for frames in ([program.tools[k] for k in program.tool], [program.bases[k] for k in program.base])
+    )
+    assert tools[:2] == [[1, 2, 3]] * 2 and bases[:2] == [[4, 5, 6]] * 2 and np.isnan([*tools[2], *bases[2]]).all()
+    assert set(codes(program)) == {"with-left-out"}
 
 
 def test_a_config_that_can_not_be_read_is_left_out(tmp_path):
@@ -293,7 +355,7 @@ def test_numbers_are_those_of_float(tmp_path):
         ("LIN {X 1 Y 2}", 3, "missing"),
         ("LIN_REL {X 1}", 3, "from a place that the program doesn't hold"),
         ("CIRC_REL {X 1},{Y 1}", 3, "CIRC_REL is not read"),
-        ("SLIN XP1 WITH $VEL = 1", 3, "WITH is read with"),
+        ("SLIN XP1 WITH $VEL = 1", 3, "WITH .VEL without a speed"),
         ("GOTO A", 3, "GOTO"),
         ("IF $IN[1] THEN\n" + P0 + "ENDIF", 3, "IF whose course"),
         ("IF $IN[1] THEN\n$BASE = $NULLFRAME\nENDIF\n", 3, "IF whose course"),
@@ -407,16 +469,18 @@ def test_spline_motions_are_read_as_their_plain_twins(tmp_path):
     assert codes(first) == [] and codes(second) == ["spline-as-line"]
 
 
-def test_with_sets_a_speed_and_nothing_else(tmp_path):
+def test_with_sets_what_is_read_and_for_one_motion(tmp_path):
     cut = "SLIN {X 3} WITH $VEL.CP = 0.2 C_SPL\nSLIN {X 4} C_SPL\nSLIN {X 5} WITH $VEL = {CP 0.3}\nLIN {X 6} C_DIS"
     made = read(tmp_path, f"$VEL.CP = 0.1\n{P0}SPLINE WITH $VEL.CP = 1\nSLIN {{X 3}}\nENDSPLINE\n{cut}")
     assert made.speed.tolist()[-5:] == [1, 0.2, 0.1, 0.3, 0.1] and made.blend.tolist()[-5:] == [0, 2, 2, 0, 2]
     for line, word in (
-        ("SPLINE WITH $ACC.CP = 1\nSLIN {X 3}\nENDSPLINE", "WITH"),
+        ("SPLINE WITH $CIRC_MODE = 1\nSLIN {X 3}\nENDSPLINE", "WITH"),
         ("SPLINE WITH $VEL.CP = $VEL_ACT\nSLIN {X 3}\nENDSPLINE", "WITH"),
         ("SPLINE\nSLIN {X 3}\nENDSPLINE C_SPL", "rounding behind ENDSPLINE"),
         ("SPLINE #X\nSLIN {X 3}\nENDSPLINE", "SPLINE #X"),
-        ("SLIN {X 3} WITH $VEL.CP = 1, $TOOL = TOOL_DATA[2]", "WITH"),
+        ("SLIN {X 3} WITH $VEL.CP = 1, $IPO_MODE = #TCP", "stands by itself"),
+        ("SLIN {X 3} WITH $VEL = SVEL_CP(V, , LCPDAT1)", "without a speed"),
+        ("SLIN {X 3} WITH $VEL.CP = 1, $ORI_TYPE = #CONSTANT", "only #VAR"),
         ("SLIN {X 3} WITH $VEL.CP = 0", "WITH"),
         ("SLIN {X 3} C_VEL", "C_VEL"),
         ("LIN {X 3} C_SPL", "C_SPL"),

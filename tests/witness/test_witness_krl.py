@@ -141,6 +141,17 @@ def test_relative_motions(tmp_path):
     assert tip_mm(again, 2)[2] == pytest.approx(tip_mm(again, 1)[2] + 1)
 
 
+def test_a_step_along_the_tool(tmp_path):
+    """At A 90, B 0, C 180 the tool's x is the base's y, its z the base's -z."""
+    made = run(
+        tmp_path,
+        "LIN {X 100,Y 0,Z 600,A 90,B 0,C 180}\nLIN_REL {X 10} #TOOL\nLIN_REL {Z -7} C_DIS #TOOL\nPTP_REL {A1 3} #TOOL",
+    )
+    assert np.allclose(tip_mm(made, 2), [100, 10, 600], atol=1e-6)
+    assert np.allclose(tip_mm(made, 3), [100, 10, 607], atol=1e-6)
+    assert [gap.first_line for gap in made.gaps] == [8]
+
+
 def test_a_circle(tmp_path):
     body = "LIN {X 100,Y 0,Z 600}\nCIRC {X 110,Y 10,Z 600},{X 100,Y 20,Z 600,E1 4} C_DIS\nLIN {X 100,Y 0}"
     made = run(tmp_path, body)

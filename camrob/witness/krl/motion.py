@@ -7,6 +7,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.witness.frames import euler
 from camrob.witness.krl.columns import AXES, CIRC, LIN, POSE
 from camrob.witness.krl.state import Here, State
 from camrob.witness.krl.text import HOW, Line, Source
@@ -204,20 +205,23 @@ def relative(state: State, match: re.Match[str], line: Line) -> None:
     """LIN_REL and PTP_REL."""
     options = _OPTIONS.fullmatch(match["rest"])
     try:
-        if options is None or options["extra"] or options["frame"] == "#TOOL":
-            raise UnknownError("it is in a frame other than $BASE, or has more to it")
+        if options is None or options["extra"]:
+            raise UnknownError("it has more to it than a step")
         value, rounds = _components(state, options["target"]), bool(options["round"])
         if any(_given(value, name) for name in "ABC"):
             raise UnknownError("it turns the tool by angles")
         arm = [_given(value, f"A{k + 1}") for k in range(6)]
         if any(number is not None for number in arm):
-            if match["word"] != "PTP" or state.here.axes is None:
+            if match["word"] != "PTP" or state.here.axes is None or options["frame"] == "#TOOL":
                 raise UnknownError("the axes that it begins at aren't in the text")
             sums = [old + (number or 0.0) for old, number in zip(state.here.axes[:6], arm, strict=True)]
             _add(state, AXES, [_NAN] * 6, sums + _externals(state, value, add=True), line, rounds=rounds)
             return
         kept = state.pose_here()
-        pose = [old + (_given(value, name) or 0.0) for name, old in zip(PARTS, kept, strict=True)]
+        step = np.array([_given(value, name) or 0.0 for name in PARTS])
+        if options["frame"] == "#TOOL":
+            step[:3] = euler(np.array(kept[3:])) @ step[:3]
+        pose = [old + float(more) for more, old in zip(step, kept, strict=True)]
         _check(state, line, arc=False, straight=match["word"] == "LIN")
         axes = [_NAN] * 6 + _externals(state, value, add=True)
         _add(state, LIN if match["word"] == "LIN" else POSE, pose, axes, line, rounds=rounds)

@@ -7,7 +7,12 @@ from collections.abc import Mapping
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.languages.krl.reader.expressions import Aggregate, Value
 
-__all__ = ["controller_values"]
+__all__ = ["MESSAGES", "controller_values"]
+
+MESSAGES = frozenset(
+    """MSGNOTIFY MSGQUIT MSGDIALOG SET_KRLMSG SET_KRLDLG CLEAR_KRLMSG EXISTS_KRLMSG EXISTS_KRLDLG""".split()
+)
+"""The controller's own routines that show a message (KUKA's MsgLib, user messages of KSS 8)."""
 
 _AXES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2", "E3", "E4", "E5", "E6")
 

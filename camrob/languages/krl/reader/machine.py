@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from camrob.findings import Finding, Severity
 from camrob.languages.krl.reader.expressions import Aggregate, Enumerated, Expression, Mechanism, Unknown, Value
 from camrob.languages.krl.reader.module import Module
 from camrob.languages.krl.reader.rows import KrlRows
-from camrob.languages.krl.reader.targets import Target, merged, stepped, target_of
+from camrob.languages.krl.reader.targets import Target, merged, standing, stepped, target_of
 from camrob.languages.krl.reader.tokens import Token, canonical, shown
 from camrob.languages.krl.reader.variables import Variables
 from camrob.program.motion import Blend, Motion
@@ -44,7 +45,9 @@ class KrlMachine:
         self.frames: dict[str, list[ProgramFrame]] = {"tool": [], "base": []}
         self._places: dict[tuple[str, FrameKind, bytes, str], int] = {}
         for name in self.frames:
-            self._set_frame(name, Unknown("never set"))
+            self.set_frame(name, Unknown("never set"))
+        for name, axes in (("$POS_ACT", False), ("$AXIS_ACT", True)):
+            self.variables.asked[name] = partial(self._where, name, axes)
 
     def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
         """Notes a finding."""
@@ -93,9 +96,9 @@ class KrlMachine:
                 raise KrlError(f"{expression.rest()!r} behind a target", hint="correct the statement")
             angle = _number(expression.value(), "CA")
         blends = _SPLINE_BLENDS if plain in ("LIN", "CIRC") else _BLENDS
-        approximation = _approximation(expression, blends, relative=bool(relative))
+        approximation, by_tool = _approximation(expression, blends, relative=bool(relative))
         if relative:
-            targets = [None if target is None else stepped(self.rows, target, word) for target in targets]
+            targets = [None if t is None else stepped(self.rows, t, word, by_tool=by_tool) for t in targets]
         if word != "PTP":
             self._want_speed(self.rows.modal.speed, line)
         kinds = {"LIN": [Motion.LIN], "CIRC": [Motion.CIRC_VIA, Motion.CIRC_END], "PTP": [Motion.PTP_POSE]}[word]
@@ -129,9 +132,9 @@ class KrlMachine:
         if path in ("$TOOL", "$BASE") or path.startswith(("$TOOL.", "$BASE.")):
             text = " ".join(t.text for t in expression.tokens[start:-1])
             whole = value if "." not in path else self.variables.lookup(root)
-            self._set_frame(root[1:].lower(), whole, text, line)
+            self.set_frame(root[1:].lower(), whole, text, line)
         elif root in ("$VEL", "$ACC", "$APO"):
-            self._set_modal(root, path, value, line)
+            self.set_modal(root, path, value, line)
 
     def bas(self, tokens: tuple[Token, ...], line: int) -> None:
         """`BAS (#COMMAND, value)`, as far as it changes what is modal."""
@@ -140,9 +143,9 @@ class KrlMachine:
         command = arguments[0].text if arguments and isinstance(arguments[0], Enumerated) else "?"
         value = arguments[1] if len(arguments) > 1 else Unknown("")
         if command in ("#TOOL", "#BASE"):
-            self._activate(command[1:].lower(), value, line)
+            self.activate(command[1:].lower(), value, line)
         elif command == "#VEL_CP":
-            self._set_modal("$VEL", "$VEL.CP", value, line)
+            self.set_modal("$VEL", "$VEL.CP", value, line)
         elif command == "#CP_PARAMS":
             self._inline_speed(value, line)
         elif command == "?":
@@ -151,7 +154,7 @@ class KrlMachine:
             for name in ("tool", "base"):
                 number = self.variables.lookup(f"FDAT_ACT.{name.upper()}_NO")
                 if not isinstance(number, Unknown):
-                    self._activate(name, number, line)
+                    self.activate(name, number, line)
 
     def wait(self, tokens: tuple[Token, ...], line: int) -> None:
         """`WAIT SEC t` or `WAIT FOR condition`."""
@@ -172,19 +175,25 @@ class KrlMachine:
         """The target that stands next; None for a null motion and for a home point that the program doesn't hold."""
         start = expression.at
         value = expression.value()
-        if isinstance(value, Aggregate):
-            return target_of(value, word, self.rows)
         name = expression.tokens[start].text
         alone = expression.at == start + 1
         if alone and name in _HERE:
             self.find("null-motion", f"{word} {name} moves to where the robot is", line, Severity.INFO)
             return None
+        if isinstance(value, Aggregate):
+            return target_of(value, word, self.rows)
         if alone and word == "PTP" and name.lstrip("X").rstrip("0123456789") in _HOMES[:1]:
             self.find(
                 "home-unknown", f"PTP {shown(name)}: the point is not in the program, the motion is left out", line
             )
             self.rows.pose = self.rows.axes = None
             return None
+        if isinstance(value, Unknown) and value.text in _HERE:
+            raise KrlError(
+                f"{word} from where the robot stands ({value.text}), which is not in the program: behind another kind of target, "
+                "or in another base or tool",
+                hint="give the target itself",
+            )
         what = shown(value.text) if isinstance(value, Unknown) else expression.tokens[start].text
         if any(token.text == ":" for token in expression.tokens[start:]):
             raise KrlError(
@@ -195,12 +204,20 @@ class KrlMachine:
             f"{word} {shown(what)}: the target's value is not in the program", hint="bring its .dat file along"
         )
 
+    def _where(self, name: str, axes: bool) -> Value:
+        """Where the robot stands, which a program that asks for it waits to reach."""
+        place = standing(self.rows, axes=axes)
+        if place is None:
+            return Unknown(name)
+        self.rows.end_exactly()
+        return place
+
     def _want_speed(self, speed: float, line: int) -> None:
         """Notes a CP motion whose speed was never set."""
         if math.isnan(speed):
             self.find("speed-unknown", "a CP motion before any $VEL.CP", line)
 
-    def _set_modal(self, root: str, path: str, value: Value, line: int) -> None:
+    def set_modal(self, root: str, path: str, value: Value, line: int) -> None:
         """Takes over `$VEL.CP`, `$ACC.CP` or `$APO.CDIS`, alone or in an aggregate."""
         parts = {f"{root}.{k}": v for k, v in value.fields.items()} if isinstance(value, Aggregate) else {path: value}
         for name, part in parts.items():
@@ -219,20 +236,20 @@ class KrlMachine:
         """BAS(#CP_PARAMS, v): v in m/s, and what LDAT_ACT says. A post that leaves v at 0 means LDAT_ACT's speed."""
         given = value if isinstance(value, (int, float)) and value > 0 else self.variables.lookup("LDAT_ACT.VEL")
         if isinstance(given, (int, float)) and given > 0:
-            self._set_modal("$VEL", "$VEL.CP", given, line)
+            self.set_modal("$VEL", "$VEL.CP", given, line)
         distance = self.variables.lookup("LDAT_ACT.APO_DIST")
         if isinstance(distance, (int, float)):
-            self._set_modal("$APO", "$APO.CDIS", distance, line)
+            self.set_modal("$APO", "$APO.CDIS", distance, line)
 
-    def _activate(self, name: str, number: Value, line: int) -> None:
+    def activate(self, name: str, number: Value, line: int) -> None:
         """Makes an entry of TOOL_DATA or BASE_DATA active; 0 is the null frame."""
         if number == 0 and not isinstance(number, bool):
-            self._set_frame(name, self.variables.lookup("$NULLFRAME"), "$NULLFRAME", line)
+            self.set_frame(name, self.variables.lookup("$NULLFRAME"), "$NULLFRAME", line)
             return
         entry = f"{name.upper()}_DATA[{number if isinstance(number, int) else '?'}]"
-        self._set_frame(name, self.variables.lookup(entry), entry, line)
+        self.set_frame(name, self.variables.lookup(entry), entry, line)
 
-    def _set_frame(self, name: str, value: Value, text: str = "", line: int = 0) -> None:
+    def set_frame(self, name: str, value: Value, text: str = "", line: int = 0) -> None:
         """Makes a frame the current tool or base."""
         mechanism = isinstance(value, Mechanism)
         inner: Value = value.frame if isinstance(value, Mechanism) else value
@@ -264,16 +281,18 @@ def _number(value: Value, what: str) -> float:
     return float(value)
 
 
-def _approximation(expression: Expression, blends: Mapping[str, Blend], *, relative: bool) -> int:
-    """The approximation behind a target; of two (`C_PTP C_DIS`) the first. Raises KrlError for anything else."""
+def _approximation(expression: Expression, blends: Mapping[str, Blend], *, relative: bool) -> tuple[int, bool]:
+    """The approximation behind a target, of two (`C_PTP C_DIS`) the first, and whether a step is along the tool's axes.
+
+    Raises KrlError for anything else.
+    """
     found = [0]
     while expression.next.kind == "name" and expression.next.text in blends:
         found.append(int(blends[expression.next.text]))
         expression.at += 1
-    if relative and expression.next.text == "#TOOL":
-        raise KrlError("a step along the tool's own axes (#TOOL) is not read", hint="write the target in $BASE")
-    if relative and expression.next.text == "#BASE":
+    by_tool = relative and expression.next.text == "#TOOL"
+    if by_tool or (relative and expression.next.text == "#BASE"):
         expression.at += 1
     if expression.next.kind != "end":
         raise KrlError(f"{expression.rest()!r} behind a motion", hint="correct the statement")
-    return int(found[1] if len(found) > 1 else 0)
+    return int(found[1] if len(found) > 1 else 0), by_tool

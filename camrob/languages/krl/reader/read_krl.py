@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from camrob.errors import KrlError
 from camrob.findings import Severity, collapse
 from camrob.languages.krl.reader.expressions import Expression, Unknown, Value
+from camrob.languages.krl.reader.known import MESSAGES
 from camrob.languages.krl.reader.machine import KrlMachine
 from camrob.languages.krl.reader.module import Block, Module, Routine, load_module
 from camrob.languages.krl.reader.settings import run_settings
 from camrob.languages.krl.reader.splines import SPLINES, begin_block, only_begins, spline_motion
-from camrob.languages.krl.reader.tokens import Token, shown, tokens_of
+from camrob.languages.krl.reader.tokens import Token, mark_of, shown, tokens_of
 from camrob.languages.krl.reader.variables import declare, is_declaration, load_data
+from camrob.languages.krl.reader.with_words import with_words
 from camrob.program.motion import Turning
 from camrob.program.program_text import ProgramFrame, ProgramText
 
@@ -32,8 +34,7 @@ _MOST_REPEATED = {"statements": 5_000, "motions": 1_000_000}  # by loops and cal
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC", "PTP_REL", "LIN_REL"))
 _MOST_JUMPS = 500  # GOTOs: programs that jump do it a few times
 _UNREAD = frozenset(
-    """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT EXIT
-    LIN_SPLINE""".split()
+    """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT EXIT LIN_SPLINE""".split()
 )
 _HARMLESS = frozenset(
     """EXT EXTFCT IMPORT SIGNAL STRUC ENUM CHANNEL INTERRUPT TRIGGER PULSE HALT CONTINUE BRAKE RESUME ANIN ANOUT DIGIN
@@ -42,6 +43,7 @@ _HARMLESS = frozenset(
 _DECLARED = frozenset(("EXT", "EXTFCT", "IMPORT", "SIGNAL", "STRUC", "ENUM", "CHANNEL"))
 _IN_COLUMNS = ("$VEL.CP", "$TOOL", "$BASE")
 _LATER = frozenset(("ELSE", "ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP", "UNTIL", "ENDSWITCH", "ENDSPLINE"))
+_STRUCTURE = frozenset(("WAIT", "IF", "FOR", "WHILE", "LOOP", "REPEAT", "SWITCH", "CASE", "DEFAULT"))
 _STATE = ("$VEL", "$ACC", "$APO", "$BASE", "$TOOL", "$IPO_MODE", "FDAT_ACT", "LDAT_ACT", "$ACT_BASE", "$ACT_TOOL")
 
 _NOTHING: Mapping[str, Value] = MappingProxyType({})
@@ -247,7 +249,7 @@ class _Reader:
     def _jump(self, module: Module, line: int, name: str) -> None:
         """Goes to a mark of the same routine, in no block but the GOTO's own or one round it."""
         routine = next(r for r in module.routines.values() if r.start <= line < r.end)
-        marks = [at for at in range(routine.start, routine.end) if _mark(module.statements.get(at, "")) == name]
+        marks = [at for at in range(routine.start, routine.end) if mark_of(module.statements.get(at, "")) == name]
         outside = len(marks) == 1 and any(
             block.start < marks[0] < block.end and not block.start < line < block.end
             for block in module.blocks.values()
@@ -268,6 +270,9 @@ class _Reader:
             if path.startswith("$") and path not in _IN_COLUMNS:
                 machine.act(text)
             machine.assign(expression, path, line + 1)
+        elif self._shows_message(module, tokens):
+            machine.statements["call"] += 1
+            machine.act(text)
         elif path and expression.next.text == "(" and "." not in path and "[" not in path:
             self._routine_call(module, line, text, path, tokens, expression)
         else:
@@ -309,10 +314,9 @@ class _Reader:
         self._machine.statements[word] += 1
         expression = Expression(tokens, self._machine.variables.lookup, 1)
         if word == "SPLINE":
-            speed = self._machine.rows.modal.speed
-            begin_block(self._machine, module, block, tokens)
-            ended = self._run(module, block.start + 1, block.end)
-            self._machine.rows.modal.speed = speed
+            with with_words(self._machine):
+                begin_block(self._machine, module, block, tokens)
+                ended = self._run(module, block.start + 1, block.end)
             return block.end + 1 if ended else -1
         if word == "IF" and only_begins(module, block, tokens):
             return block.end + 1 if self._run(module, block.start + 1, block.end) else -1
@@ -358,21 +362,29 @@ class _Reader:
         for line in inside:
             text = module.statements.get(line)
             if text is not None and not moving:
-                moving = self._matters(tokens_of(text), self._machine.variables.assign)
+                moving = self._matters(module, tokens_of(text), self._machine.variables.assign)
         if moving:
             what = f"{word} whose course is not known, with motions or calls inside"
             raise KrlError(what, hint="post the program as a plain sequence")
         text = f"{word} ... is passed over: it doesn't move, and its course is not known"
         self._machine.find("block-skipped", text, block.start + 1, Severity.INFO)
 
-    def _matters(self, tokens: tuple[Token, ...], assign: Callable[[str, Value], None]) -> bool:
+    def _shows_message(self, module: Module, tokens: tuple[Token, ...]) -> bool:
+        """Whether a statement calls a routine of the controller's that shows a message; what it answers becomes unknown."""
+        name = tokens[0].text
+        if name not in MESSAGES or tokens[1].text != "(" or name in module.routines or self._external(name):
+            return False
+        for token in tokens[2:-1]:
+            if token.kind == "name":
+                self._machine.variables.assign(token.text, Unknown(token.text))
+        return True
+
+    def _matters(self, module: Module, tokens: tuple[Token, ...], assign: Callable[[str, Value], None]) -> bool:
         """Whether a statement that may not run could change a motion; a variable that it sets becomes unknown."""
         word = tokens[0].text
         if word in _MOTIONS or word in _UNREAD - {"CASE", "DEFAULT"} or word in ("BAS", "RETURN"):
             return True
-        if word in _HARMLESS or word in _LATER or word in ("WAIT", "IF", "FOR", "WHILE", "LOOP", "REPEAT", "SWITCH"):
-            return False
-        if word in ("CASE", "DEFAULT"):
+        if word in _HARMLESS | _LATER | _STRUCTURE or self._shows_message(module, tokens):
             return False
         expression = Expression(tokens, self._machine.variables.lookup)
         path = expression.path() if tokens[0].kind == "name" else ""
@@ -380,12 +392,6 @@ class _Reader:
             assign(path, Unknown(path))
             return path.startswith(_STATE)
         return True
-
-
-def _mark(text: str) -> str:
-    """The name of the mark that a statement is, in capitals; empty for any other."""
-    name, colon, rest = text.upper().partition(":")
-    return name.strip() if colon and not rest.strip() else ""
 
 
 def _used(frames: list[ProgramFrame], columns: dict[str, NDArray[Any]], name: str) -> tuple[ProgramFrame, ...]:

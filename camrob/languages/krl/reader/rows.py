@@ -147,6 +147,14 @@ class KrlRows:
         modal.wait, self.framed = 0.0, (modal.tool, modal.base)
         self._grow(count)
 
+    def end_exactly(self) -> None:
+        """The advance run stops: the last motion ends at its target, whatever rounding it names."""
+        self._flush()
+        if self._blocks and self.count:
+            blend = self._blocks[-1]["blend"].copy()
+            blend[-1:] = 0
+            self._blocks[-1] = {**self._blocks[-1], "blend": blend}
+
     def columns(self) -> dict[str, NDArray[Any]]:
         """All rows, by the names of `ProgramText`'s fields; `external` with all of E1..E6."""
         self._flush()

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from camrob.errors import KrlError
-from camrob.languages.krl.reader.expressions import Aggregate, Expression, Unknown, Value
 from camrob.languages.krl.reader.machine import KrlMachine
 from camrob.languages.krl.reader.module import Block, Module
 from camrob.languages.krl.reader.tokens import Token, tokens_of
+from camrob.languages.krl.reader.with_words import take_with, with_words
 
 __all__ = ["SPLINES", "begin_block", "only_begins", "spline_motion"]
 
@@ -22,40 +22,23 @@ def spline_motion(machine: KrlMachine, tokens: tuple[Token, ...], file: int, lin
         text = "SPL is taken for a straight line: the curve between its points is not known"
         machine.find("spline-as-line", text, line)
     at = next((k for k, token in enumerate(tokens) if token.text == "WITH"), 0)
-    speed = machine.rows.modal.speed
-    if at:
-        end = next((k for k in range(at, len(tokens)) if tokens[k].text in _BLENDS), len(tokens) - 1)
-        machine.rows.modal.speed = _speed_of(machine, (*tokens[at + 1 : end], tokens[-1]))
-        tokens = (*tokens[:at], *tokens[end:])
-    machine.motion(tokens, file, line, plain=SPLINES[word])
-    machine.rows.modal.speed = speed
+    with with_words(machine):
+        if at:
+            end = next((k for k in range(at, len(tokens)) if tokens[k].text in _BLENDS), len(tokens) - 1)
+            take_with(machine, (*tokens[at + 1 : end], tokens[-1]), line)
+            tokens = (*tokens[:at], *tokens[end:])
+        machine.motion(tokens, file, line, plain=SPLINES[word])
 
 
 def begin_block(machine: KrlMachine, module: Module, block: Block, tokens: tuple[Token, ...]) -> None:
-    """`SPLINE` or `SPLINE WITH $VEL.CP = v`: the speed that its motions have. Raises KrlError for more of it."""
+    """`SPLINE` or `SPLINE WITH ...`: what its motions have in force. Raises KrlError for more of it."""
     if module.statements.get(block.end, "").upper() != "ENDSPLINE":
         raise KrlError("a rounding behind ENDSPLINE is not read here", hint="end the block exactly")
     if tokens[1].kind == "end":
         return
     if tokens[1].text != "WITH":
         raise KrlError(f"SPLINE {tokens[1].text} is not read here", hint="open the block by SPLINE alone")
-    machine.rows.modal.speed = _speed_of(machine, tokens[2:])
-
-
-def _speed_of(machine: KrlMachine, tokens: tuple[Token, ...]) -> float:
-    """The speed that a WITH sets. Raises KrlError where it sets anything else: that is not read."""
-    expression = Expression(tokens, machine.variables.lookup)
-    path = expression.path()
-    expression.expect("=")
-    value: Value = expression.value()
-    if path == "$VEL" and isinstance(value, Aggregate):
-        value = value.fields.get("CP", Unknown("CP")) if set(value.fields) == {"CP"} else Unknown(path)
-    elif path != "$VEL.CP":
-        value = Unknown(path)
-    known = isinstance(value, (int, float)) and not isinstance(value, bool) and value > 0
-    if not known or expression.next.kind != "end":
-        raise KrlError("WITH is read with $VEL.CP and a number alone", hint="set what it changes before the motion")
-    return float(value)  # type: ignore[arg-type]
+    take_with(machine, tokens[2:], block.start + 1)
 
 
 def only_begins(module: Module, block: Block, tokens: tuple[Token, ...]) -> bool:

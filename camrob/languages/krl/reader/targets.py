@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.expressions import Aggregate, Value
 from camrob.languages.krl.reader.rows import KrlRows
 from camrob.languages.krl.reader.tokens import shown
+from camrob.se3 import abc_to_rotation
+from camrob.units import deg_to_rad
 
-__all__ = ["Target", "merged", "stepped", "target_of"]
+__all__ = ["Target", "merged", "standing", "stepped", "target_of"]
 
 _POSE = ("X", "Y", "Z", "A", "B", "C")
 _AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
@@ -51,8 +55,17 @@ def target_of(aggregate: Aggregate, word: str, rows: KrlRows) -> Target:
     return Target(None if axes else main, main if axes else None, external, status, turn)
 
 
-def stepped(rows: KrlRows, step: Target, word: str) -> Target:
-    """Where a step by `step` leads from the last target, along the axes of $BASE.
+def standing(rows: KrlRows, *, axes: bool) -> Aggregate | None:
+    """Where the robot stands, as $POS_ACT gives it, or $AXIS_ACT (axes); None where the program doesn't hold that."""
+    names, values = (_AXES, rows.axes) if axes else (_POSE, rows.pose)
+    if values is None or rows.framed is None or (not axes and rows.framed != (rows.modal.tool, rows.modal.base)):
+        return None
+    external = {name: v for name, v in zip(_EXTERNAL, rows.external, strict=True) if not math.isnan(v)}
+    return Aggregate("E6AXIS" if axes else "E6POS", {**dict(zip(names, values, strict=True)), **external})
+
+
+def stepped(rows: KrlRows, step: Target, word: str, *, by_tool: bool = False) -> Target:
+    """Where a step by `step` leads from the last target, along the axes of $BASE, or of the tool.
 
     Raises KrlError where the last target isn't known in that base and with that tool, and for a step that turns the tool.
     """
@@ -65,12 +78,23 @@ def stepped(rows: KrlRows, step: Target, word: str) -> Target:
         )
     if step.axes is None and any((given or {}).get(name) for name in "ABC"):
         raise KrlError(f"{word}_REL that turns the tool by angles", hint="write the target itself")
+    if by_tool:
+        given = _along_tool(given, step, before, word)
     sums = {name: value + (given or {}).get(name, 0.0) for name, value in zip(names, before, strict=True)}
     external = {name: value + rows.external[_EXTERNAL.index(name)] for name, value in step.external.items()}
     if any(math.isnan(value) for value in external.values()):
         raise KrlError(f"{word}_REL of an external axis whose place the program doesn't hold", hint="name it before")
     pose, axes = (sums, None) if step.axes is None else (None, sums)
     return Target(pose, axes, external, step.status, step.turn)
+
+
+def _along_tool(given: dict[str, float] | None, step: Target, before: tuple[float, ...], word: str) -> dict[str, float]:
+    """A step along the axes that the tool has at `before`, as one along those of $BASE."""
+    if step.axes is not None or step.external:
+        raise KrlError(f"{word}_REL of axes along the tool (#TOOL)", hint="write the target itself")
+    turn = abc_to_rotation(deg_to_rad(np.array(before[3:])))
+    moved = turn @ np.array([(given or {}).get(name, 0.0) for name in _POSE[:3]])
+    return dict(zip(_POSE[:3], moved.tolist(), strict=True))
 
 
 def merged(rows: KrlRows, target: Target, word: str) -> None:

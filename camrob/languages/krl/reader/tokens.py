@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from camrob.errors import KrlError
 
-__all__ = ["Token", "TokenKind", "canonical", "shown", "statement_of", "tokens_of"]
+__all__ = ["Token", "TokenKind", "canonical", "mark_of", "shown", "statement_of", "tokens_of"]
 
 TokenKind = str
 """`number`, `string`, `bits`, `name` (upper case), `enum` (with its #), `sign` (an operator or a bracket), `end`."""
@@ -73,3 +73,9 @@ def canonical(statement: str) -> str:
     """A statement, written in the one way in which all that mean the same are written. Raises KrlError as `tokens_of`."""
     parts = (repr(float(t.text)) if t.kind == "number" else t.text for t in tokens_of(statement)[:-1])
     return " ".join(parts)
+
+
+def mark_of(text: str) -> str:
+    """The name of the mark that a statement is, in capitals; empty for any other."""
+    name, colon, rest = text.upper().partition(":")
+    return name.strip() if colon and not rest.strip() else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from camrob.errors import KrlError
@@ -21,14 +22,19 @@ _SKIPPED = frozenset(("EXT", "EXTFCT", "IMPORT", "SIGNAL", "STRUC", "ENUM", "CHA
 
 
 class Variables:
-    """Values by name. `scopes`: the locals of the running routine, its data list; `shared`: everything else."""
+    """Values by name. `scopes`: the locals of the running routine, its data list; `shared`: everything else; `asked`: what is
+    looked up where the program asks for it.
+    """
 
     def __init__(self) -> None:
         self.shared: dict[str, Value] = dict(_CONSTANTS)
+        self.asked: dict[str, Callable[[], Value]] = {}
         self.scopes: tuple[dict[str, Value], ...] = ()
 
     def lookup(self, path: str) -> Value:
         """The value of a variable, a field or an element; Unknown where the program doesn't give it."""
+        if path in self.asked:
+            return self.asked[path]()
         root, _, name = path.rpartition(".")
         whole = self.lookup(root) if root else None
         if isinstance(whole, Aggregate) and name in whole.fields:
