@@ -150,9 +150,13 @@ def _lead(cell: Cell, axis_values: Array, stretch: int) -> _Rows:
 
 
 def _feed(path: ToolPathInBase, speed: Array, rapid_speed: float) -> Array:
-    """(N,) m/s to each point: `speed` (N,) where it cuts, in air rapid_speed, and no more than its feed on the way back in."""
+    """(N,) m/s to each point: `speed` (N,) where it cuts, in air rapid_speed, no more than its feed on the way back in, and no
+    more than rapid_speed to a first point that the file comes to at a feed from where only its machine knows.
+    """
     feed = np.where(path.cutting, speed, rapid_speed)
     feed[path.entering] = np.minimum(feed, path.feed)[path.entering]
+    begins = path.cutting & (path.source == 0)
+    feed[begins] = np.minimum(feed, rapid_speed)[begins]
     return feed
 
 

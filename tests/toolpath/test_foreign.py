@@ -24,6 +24,7 @@ FILES = {
     "part.min": ("$PART.MIN%\nO1000\nN2 G90 G17 G40 G80\nG0 X0 Y0\n", "Okuma"),
     "bare.min": ("O1000\nG90 G17\nG15 H1\nG56 Z50. H1\nG1 Z0 F100\n", "Okuma"),
     "part.pm": ("%PM9001\nN9001\nN1 G17 T1 M6\nN5 G7 B5=15 L1=1\n", "MillPlus"),
+    "headed.pm": ("%PM\nN9001 (PART)\nN1 G17 T1 M6\nN8 G2 X50 Y10 I40 J10\n", "MillPlus"),
     "bare.pm": ("N9001\nN1 G17 T1 M6\nN5 G7 B5=15 L1=1\n", "MillPlus"),
     "part.nci": ("1000\n1 0 1 0 0 1 0. 0. 25.\n1050\nMastercam\n0\n40 0. 0. 25. -2 0\n", "NCI"),
     "probe.nc": ("G90 G17\nIF [@100 != 3]\nG1 X5 F100\nEND_IF\nM30\n", "Syntec"),

@@ -42,7 +42,7 @@ def test_modal_words_packed_spaced_and_in_lower_case(tell):
 def test_only_motions_to_a_place_that_is_known_are_reported(tell):
     story = tell("G0 Z50\nX1 Y2\nG1 Z0 F60\n")
     assert mm(story) == [[1, 2, 50], [1, 2, 0]] and story.joined.tolist() == [False, True]
-    assert not tell("G0 Z50\nG1 X1 F60\nY2\nG0 X3\n").complete  # a cut at a Y that is not known
+    assert not tell("G0 Z50\nG1 X1 F60\nY2\nX3\n").complete  # a cut at a Y that is not known
 
 
 def test_inches_increments_and_feed_modes(tell):

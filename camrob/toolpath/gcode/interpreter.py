@@ -11,6 +11,7 @@ from camrob.errors import ToolpathError
 from camrob.findings import Severity
 from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.gcode.arc import circle
+from camrob.toolpath.gcode.coming import Coming
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
 from camrob.toolpath.gcode.cornering import Open, closes, no_second_cut
 from camrob.toolpath.gcode.cut_path import PathGrower
@@ -60,6 +61,7 @@ class Interpreter:
         self.motions = Motions(path, frame, modal, self.process, defaults)
         self._drill = Drill(self.motions)
         self._open: Open | None = None
+        self._coming = Coming(path, frame, modal)
 
     @property
     def ended(self) -> bool:
@@ -70,6 +72,7 @@ class Interpreter:
         """The program is over. Raises ToolpathError where it has left a cut open."""
         if self._open is not None:
             raise no_second_cut(self._open.line)
+        self._coming.ends()
 
     def state(self, name: str) -> float | None:
         """What the program has set so far: "motion", "plane", "distance", "feed mode", "units", "return" as G numbers, "F", "S",
@@ -262,14 +265,18 @@ class Interpreter:
         modal.first_move(block.line)
         self.process.settle()
         if motion in CYCLES:
+            self._coming.ends()
             self._drill.run(block, motion)
             return
         if block.ways:
             self._rewind(block, cut=motion != 0)
         before, turned_before = frame.xyz.copy(), frame.angles[2]
         frame.move(words, modal.scale, _DEGREE, modal.incremental)
+        self._coming.moved(rapid=motion == 0)
         if motion == 0:
             self.motions.rapid(block.line)
+            return
+        if self._coming.takes(block, motion):
             return
         self.motions.cuttable()
         if "C" in words and abs(frame.angles[2] - turned_before) > _LONG_WAY and self.path.place is not None:

@@ -19,7 +19,7 @@ from camrob.witness.cl.own_frames import OwnFrames, Polar
 from camrob.witness.cl.running.program_run import run_of
 from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.source import COMMENT, tape
-from camrob.witness.cl.standing import TURNED, Standing, Words
+from camrob.witness.cl.standing import TURNED, Beginning, Standing, Words
 from camrob.witness.cl.switching import Switching
 from camrob.witness.cl.teller import UNREAD, Teller
 from camrob.witness.cl.turning import on_the_way
@@ -58,7 +58,7 @@ class GcodeReader(Switching):
         self._vectors = False  # I, J, K name the tool's axis (G43.5)
         self._length = ""  # of the tool: on, off (G49), or never named
         self._last_feed: float | None = None
-        self._own, self._polar = OwnFrames(self._stand), Polar()  # G68, G51, G51.1; G16
+        self._own, self._polar, self._begins = OwnFrames(self._stand), Polar(), Beginning(tell, self._stand)
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
 
     def read(self, text: str) -> None:
@@ -304,10 +304,12 @@ class GcodeReader(Switching):
             return
         stand, before = self._stand, self._stand.at
         stand.go(self._target(axes, words))
+        self._begins.moved(rapid=self._motion == "0")
         pose, way = stand.pose(), Way.RAPID if self._motion == "0" else Way.FEED
         if pose is None:
             if way == Way.FEED:
-                self._tell.gap(line, stand.nowhere)
+                modes = (self._motion, self._feed_mode, self._plane)
+                self._begins.cut(line, axes, straight=modes == ("1", "94", "17"))
             self._tell.lose()
             return
         time = 0.0
@@ -337,7 +339,6 @@ class GcodeReader(Switching):
         stand, (tip, axis), scale = self._stand, pose, self._scale
         start, end = stand.named(before), stand.named(stand.at)
         normal = normal_of(self._plane, self._motion == "2")
-        turns = int(float(words.get("P", "1"))) - 1
         if "R" in words:
             found = centre_by_radius(start, end, normal, float(words["R"]) * scale)
             if found is None:
@@ -346,8 +347,7 @@ class GcodeReader(Switching):
             center = found
         else:
             offset = np.array([float(words.get(letter, "0")) * scale for letter in "IJK"])
-            zero = np.zeros(3) if self._centre_absolute else None
-            center = centre_by_offsets(start, offset, normal, zero)
+            center = centre_by_offsets(start, offset, normal, np.zeros(3) if self._centre_absolute else None)
         across, up = stand.stretch
         oval = self._plane != "17" and abs(across - up) > _SAME
         if stand.odd or math.isnan(start.sum()) or oval:
@@ -356,7 +356,7 @@ class GcodeReader(Switching):
             )
             return
         tip, center, normal = stand.point(tip), stand.point(stand.outward(center)), stand.about(normal)
-        self._tell.arc(tip, axis, center, normal, Way.FEED, line, turns, time)
+        self._tell.arc(tip, axis, center, normal, Way.FEED, line, int(float(words.get("P", "1"))) - 1, time)
 
     def _cycle(self, axes: set[str], words: Words, line: int) -> None:
         """G73 to G89: R, Z, P, Q are kept; every block with axes is a hole (or L, K holes)."""
@@ -388,8 +388,7 @@ class GcodeReader(Switching):
             pose = stand.pose()
             upright = pose is not None and bool(np.allclose(pose[1], stand.direction(_Z))) and self._plane == "17"
             if pose is None or not upright or code not in CYCLES or not bottom <= low <= level or stand.odd or mixed:
-                self._gap(line, f"G{code} whose place, heights or way are not known")
-                return
+                return self._gap(line, f"G{code} whose place, heights or way are not known")
             if CYCLES[code] is Out.REVERSED and self._tell.sense != ("CLW" if code == "84" else "CCLW"):
                 self._tell.gap(line, f"G{code} with the spindle turning the other way", lost=False)
             dwell = 0.0 if code in ("81", "85") else heights.get("P", 0.0)

@@ -17,7 +17,7 @@ __all__ = ["jobs"]
 
 def jobs() -> list[Job]:
     """All jobs of this file."""
-    return [_wet_change(), _stepped(), _raised(), _relative(), _swivelled()]
+    return [_wet_change(), _stepped(), _raised(), _relative(), _swivelled(), *_beginnings()]
 
 
 def _wet_change() -> Job:
@@ -84,3 +84,18 @@ def _swivelled() -> Job:
     story.rapid(8, 0, 60).use((*place.tolist(), *np.degrees(abc).tolist())).rapid(0, 0, 30, axis=(0, 0, 1))
     story.cut(300, 0, 0, 0).cut(300, 10, 2, 0).rapid(10, 2, 40).event("off")
     return Job("sie-swivelled", "swivelled.mpf", text, story)
+
+
+def _beginnings() -> list[Job]:
+    """From wherever the machine stands, at a feed; and a hole there, of which no program may come."""
+    head, end = "BEGIN PGM B MM\nTOOL CALL 1 Z S5000\n", "L X+20 F100\nL Z+50 FMAX\nM5\nM30\nEND PGM B MM\n"
+    text = head + "L Z+5 R0 F9000 M3\nL X+10 Y+10\nL Z-1 F100\n" + end
+    story = Story().event("change", 1).event("cw", 5000).cut(9000, 10, 10, 5).cut(100, 10, 10, -1)
+    story.cut(100, 20, 10, -1).rapid(20, 10, 50).event("off")
+    hole = head + "L Z-5 R0 F100 M3\nL Z+5\nL X+10 Y+10 FMAX\nL Z-1\n" + end
+    slot = head + "L Z-1 R0 F100 M3\nL X+10 Y+10\n" + end
+    return [
+        Job("hh-begins", "b.h", text, story),
+        Job("no-hole-somewhere", "never.h", hole, setup=PLACE, refuse=True),
+        Job("no-slot-from-somewhere", "never.h", slot, setup=PLACE, refuse=True),
+    ]

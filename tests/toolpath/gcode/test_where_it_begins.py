@@ -1,0 +1,58 @@
+"""Programs that begin from wherever the machine stands: moves at a feed that name the first place bit by bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from two_readings import differences
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import Move
+from camrob.witness.cl import read_story
+from camrob.witness.cl.standing import UNNAMED
+
+ISO = "G21 G90 G17 G94\nT1 M6\nS5000 M3\n"
+END = "X20\nG0 Z50\nM5\nM30\n"
+KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S1500\n"
+BEGINNINGS = {
+    "feed-down.nc": ISO + "G1 Z5 F900\nX10 Y10\nZ-1 F100\n" + END,
+    "rapid-across.nc": ISO + "G1 Z5 F900\nG0 X10 Y10\nG1 Z-1 F100\n" + END,
+    "one-by-one.nc": ISO + "G1 Z5 F900\nX10\nY10\nG0 Z2\nG1 Z-1 F100\n" + END,
+    "height-last.nc": ISO + "G1 X10 Y10 F900\nZ5\nZ-1 F100\n" + END,
+    "behind-home.nc": ISO
+    + "G0 X0 Y0 Z30\nG1 Z-1 F100\nX5\nG0 Z30\nG91 G28 X0 Y0\nG90\nG1 Z5 F900\nX10 Y10\nZ-1 F100\n"
+    + END,
+    "klartext.h": KLARTEXT
+    + "L Z+5.000 R0 F9999 M13\nL X+10 Y+10\nL Z-1 F100\nL X+20\nL Z+50 FMAX\nM30\nEND PGM A MM\n",
+}
+CUTS = {
+    "drilled.nc": ISO + "G0 Z5\nG1 Z-5 F100\nZ5\nG0 X10 Y10\nG1 Z-1\n" + END,
+    "aslant.nc": ISO + "G1 Z5 F900\nX10 Y10 Z-1\n" + END,
+    "slot.nc": ISO + "G1 Z-5 F100\nX10 Y10\n" + END,
+    "no-more.nc": ISO + "G0 X0 Y0 Z30\nG1 Z-1 F100\nX5\nG0 Z30\nG91 G28 X0 Y0\nG90\nG1 Z5\nM30\n",
+    "up-next.nc": ISO + "G1 Z5 F900\nX10 Y10\nZ9\nX12\n" + END,
+    "twice.nc": ISO + "G1 Z-5 F100\nG0 Z5\nG1 Z4\nG0 X10 Y10\nG1 Z-1\n" + END,
+    "klartext.h": KLARTEXT + "L Z-3 R0 F100 M13\nL X+10 Y+10\nL X+20\nL Z+50 FMAX\nM30\nEND PGM A MM\n",
+}
+
+
+@pytest.mark.parametrize("name", BEGINNINGS)
+def test_the_way_to_the_first_place_is_left_out(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(BEGINNINGS[name], encoding="utf-8")
+    toolpath, story = read_toolpath(tmp_path / name), read_story(tmp_path / name)
+    assert [f.code for f in toolpath.findings if f.code == "begins-anywhere"] == ["begins-anywhere"]
+    assert story.complete and any("happens to stand" in note for note in story.notes)
+    assert not list(differences(toolpath, story))
+    region = toolpath.regions[-1]
+    at = 1e3 * region.position[region.move == int(Move.CUT)]
+    assert at[-1].tolist() == pytest.approx([20, 10, -1]) and at[-2].tolist() == pytest.approx([10, 10, -1])
+
+
+@pytest.mark.parametrize("name", CUTS)
+def test_what_may_have_cut_somewhere_is_refused_by_both(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(CUTS[name], encoding="utf-8")
+    with pytest.raises(ToolpathError, match=r"a cut while .* has no known value"):
+        read_toolpath(tmp_path / name)
+    assert any(UNNAMED in gap.text for gap in read_story(tmp_path / name).gaps)
