@@ -24,9 +24,14 @@ from camrob.gap.observation.scene import Scene
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.summaries.fitted.diagnosis_fitted import UnexplainedSaid
 
-__all__ = ["UnexplainedAt", "UnexplainedField", "unexplained_field"]
+__all__ = ["SHORTER", "UnexplainedAt", "UnexplainedField", "unexplained_field"]
 
 Array = NDArray[np.float64]
+
+SHORTER = 0.7
+"""By this the lengths over which the field changes are taken shorter away from the logs than among them: how it goes on there
+no log tells, and a long length makes it go on too surely (held to cells of other code in `docs/explanation/prediction.md`).
+"""
 
 _POSTURES = 80  # kept at the most
 _HELD = 0.01  # share of the field's variance over the logs that may be missing at a posture that isn't kept
@@ -67,7 +72,7 @@ class UnexplainedField:
 
     def kernel(self, a: Array, b: Array) -> Array:
         """(N, M) m2, prior covariance of a shift in one direction at postures (N, k) and others (M, k)."""
-        return self.same + self.variance * posture_kernel(a, b, self.tables)
+        return self.same + self.variance * posture_kernel(a, b, self.tables, SHORTER)
 
     @property
     def among(self) -> Array:
@@ -143,7 +148,8 @@ def unexplained_field(model: Model, members: frozenset[int]) -> UnexplainedField
     some = np.linspace(0, len(postures) - 1, min(len(basis.anchors), len(postures))).astype(int)
     size = float(sizes[0, PARTS.index("posture")]) ** 2
     variance = size / basis.unit
-    kept = some[_spanning(variance * posture_kernel(postures[some], postures[some], basis.tables), _HELD * size)]
+    among = variance * posture_kernel(postures[some], postures[some], basis.tables, SHORTER)
+    kept = some[_spanning(among, _HELD * size)]
     V = field.scatter(F[kept], sizes)
     columns = np.flatnonzero(np.isin(model.design.owner, sorted(members)))
     turn = model.panels[0].scene.frames.left[:3, :3].T  # from the instrument's frame, where that is another

@@ -26,7 +26,7 @@ from camrob.prediction.deflection import CAUSE, deflection, granted_compliance, 
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
-__all__ = ["UNEXPLAINED", "Cause", "TruePath", "true_path", "unit_name"]
+__all__ = ["UNEXPLAINED", "Cause", "TruePath", "claimed_constants", "true_path", "unit_name"]
 
 Array = NDArray[np.float64]
 
@@ -220,12 +220,18 @@ def _claimed_chain(found: FittedUnits, cell: Cell) -> tuple[ErrorModel, Array]:
     """The chain with the constants that a diagnosis claims, and their values: it writes no calibration where correcting these
     alone would not shrink the gap.
     """
+    values = claimed_constants(found)
+    return ErrorModel.of(cell, tuple(values), in_base=True), np.array(list(values.values()))
+
+
+def claimed_constants(found: FittedUnits) -> dict[str, float]:
+    """The chain's constants that a diagnosis claims, and their values."""
     values: dict[str, float] = {}
     for i, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True)):
         named = effect.terms(unit, state)
         for name, value in zip(named, found.values[found.owner == i] if named else (), strict=True):
             values[name] = values.get(name, 0.0) + float(value)
-    return ErrorModel.of(cell, tuple(values), in_base=True), np.array(list(values.values()))
+    return values
 
 
 def _same_constants(found: FittedUnits, model: ErrorModel) -> None:

@@ -41,7 +41,7 @@ def prior(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     one = np.stack(
         [
             np.mean(
-                [np.exp(-((a[:, None, k] - b[None, :, k]) ** 2) / (2 * length**2)) for length in (0.4, 0.8, 1.6)],
+                [np.exp(-((a[:, None, k] - b[None, :, k]) ** 2) / (2 * length**2)) for length in (0.28, 0.56, 1.12)],
                 axis=0,
             )
             for k in range(a.shape[1])

@@ -161,24 +161,24 @@ def unit_of(cell: Cell, axes: Sequence[str]) -> Array:
     return np.array([_TRACK if cell.joints[cell.index(a)].prismatic else 1.0 for a in axes])
 
 
-def posture_kernel(a: Array, b: Array, tables: Sequence[int]) -> Array:
+def posture_kernel(a: Array, b: Array, tables: Sequence[int], shorter: float = 1.0) -> Array:
     """(N, m) covariance of a field of unit size at some postures (N, k) and others (m, k), as `normalised` gives them.
 
-    tables: columns of axes that turn the measured frame under what the robot leaves.
+    tables: columns of axes that turn the measured frame under what the robot leaves; shorter: factor of `LENGTHS`.
     """
     out = np.empty((len(a), len(b)))
     for first in range(0, len(a), _STRIPE):
         stripe = slice(first, first + _STRIPE)
-        out[stripe] = _kernel_stripe(a[stripe], b, tables)
+        out[stripe] = _kernel_stripe(a[stripe], b, tables, shorter * LENGTHS[-1])
     return out
 
 
-def _kernel_stripe(a: Array, b: Array, tables: Sequence[int]) -> Array:
-    """`posture_kernel` of few postures (N, k), for which what it makes on the way stays near the processor."""
+def _kernel_stripe(a: Array, b: Array, tables: Sequence[int], longest: float) -> Array:
+    """`posture_kernel` of few postures (N, k), for which what it makes on the way stays near the processor; longest: rad."""
     total, squares = np.zeros((len(a), len(b))), np.zeros((len(a), len(b)))
     for k in range(a.shape[1]):
         # of lengths that double, each exponential is the fourth power of the next
-        part = np.exp((a[:, k, None] - b[None, :, k]) ** 2 * (-0.5 / LENGTHS[-1] ** 2))
+        part = np.exp((a[:, k, None] - b[None, :, k]) ** 2 * (-0.5 / longest**2))
         one = part.copy()
         for _ in LENGTHS[1:]:
             part *= part

@@ -16,7 +16,7 @@ from camrob.gap.effects.robot_size import COMPLIANCE_RATIO
 from camrob.gap.evidence.discrepancy import LENGTHS, unit_of
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.scene import axis_values
-from camrob.gap.unexplained import UnexplainedField
+from camrob.gap.unexplained import SHORTER, UnexplainedField
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.solving.chain_constants import ChainConstants, chain_constants
 from camrob.jobs.solving.sought import Sought
@@ -24,6 +24,7 @@ from camrob.jobs.solving.surface_of_path import SurfaceOfPath
 from camrob.prediction.deflection import GRANTED, Granted, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
+from camrob.prediction.true_path import claimed_constants
 from camrob.redundancy.accuracy.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
 from camrob.units import m_to_mm
 
@@ -53,8 +54,8 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
     yields = known_compliance(found, model, constants)
     known = {a: v for a, (v, _k) in yields.items() if a in _arm(cell)}
-    axes, terms = _AxisErrors(cell, model, constants, found), _terms(cell, model, found)
-    chain, values = chain_constants(cell, terms), np.append(constants, np.zeros(len(terms) - len(constants)))
+    axes, (terms, values) = _AxisErrors(cell, model, constants, found), _terms(cell, model, constants, found)
+    chain = chain_constants(cell, terms)
     root, by_root = _roots(terms, chain, found)
     nothing_yields = not known and force is None and not axes.empty
     taken, alike = Granted({}, 0.0) if nothing_yields else granted_compliance(cell, yields, found)
@@ -114,7 +115,7 @@ def unexplained_rest(cell: Cell, found: FittedUnits, by_root: Array) -> Unexplai
         postures=cell.to_q(axis_values(cell, cell.axis_names, values))[:, :last],
         per=per[:last],
         turns=turns[:last],
-        length=LENGTHS[-1],
+        length=SHORTER * LENGTHS[-1],
         variance=field.variance,
         same=field.same,
         values=field.mean,
@@ -231,10 +232,11 @@ def _roots(terms: Sequence[ErrorTerm], chain: ChainConstants, found: FittedUnits
     return chain.root(own_root, less.reshape(-1, len(values)))
 
 
-def _terms(cell: Cell, model: ErrorModel, found: FittedUnits | None) -> tuple[ErrorTerm, ...]:
-    """The calibration's constants, and those that a diagnosis without one has fitted."""
+def _terms(
+    cell: Cell, model: ErrorModel, constants: Array, found: FittedUnits | None
+) -> tuple[tuple[ErrorTerm, ...], Array]:
+    """The calibration's constants and their values, and those that a diagnosis without one has fitted."""
     if found is None:
-        return model.terms
-    units = zip(found.units, found.effects, found.states, strict=True)
-    fitted = dict.fromkeys(name for unit, effect, state in units for name in effect.terms(unit, state))
-    return (*model.terms, *(term_of(cell, name) for name in fitted if name not in model.names))
+        return model.terms, constants
+    fitted = {name: value for name, value in claimed_constants(found).items() if name not in model.names}
+    return (*model.terms, *(term_of(cell, name) for name in fitted)), np.append(constants, list(fitted.values()))
