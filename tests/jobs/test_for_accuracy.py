@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,10 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "prediction"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
+from gap import generator
+from summary_samples import diagnosis_summary
 from test_predict import calibration
 
 from camrob.calibration.calibration_file import read_calibration
@@ -25,6 +29,7 @@ from camrob.jobs.solving.machine_errors import machine_errors
 from camrob.jobs.solving.sought import Sought, check_sought
 from camrob.redundancy.accuracy.part_error import error_numbers, expected_squares
 from camrob.redundancy.accuracy.posture_errors import PLACES
+from camrob.summaries.fitted.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cells" / "kr15_track_table"
@@ -91,6 +96,29 @@ def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tm
     assert pushed.any_force == 0.0 and pushed.doubt == pytest.approx(np.hypot(0.1, np.log(2.0)))
     np.testing.assert_allclose(pushed.granted, pushed.compliance / np.sqrt(3.0))
     np.testing.assert_allclose(pushed.force.mean(np.array([0.02])), [[-60.0, 30.0, 20.0]])
+
+
+def test_constants_that_no_calibration_holds_are_the_diagnosis(tmp_path: Path) -> None:
+    """A zero that a diagnosis claims, without a calibration: the planner expects what another code's arm with that zero does."""
+    off, said = 1e-3, diagnosis_summary()
+    parameter = UnitParameter(name="A2_deg", unit="deg", usual=off, value=off)
+    claimed = FittedUnit(effect="joint_offset", axis="A2", key="", parameters=(parameter,), state={})
+    fitted = FittedModel(units=(claimed,), covariance=((0.0,),))
+    said = replace(said, compensable=replace(said.compensable, fitted=fitted))
+    (tmp_path / "diagnosis.json").write_text(json.dumps(said.to_json()), encoding="utf-8")
+    errors = machine_errors(Sought(FOLDER, diagnosis=tmp_path), CELL, None)
+    axis = np.array([[0.2, -1.4, 1.7, 0.1, 1.0, 0.0, 0.5, 0.0], [-0.4, -1.1, 1.4, 0.4, 0.8, 0.3, 1.5, 0.0]])
+    moved = axis.copy()
+    moved[:, 1] += off
+    expected = np.linalg.norm((generator.pose(moved) - generator.pose(axis))[:, :3, 3], axis=1)
+    q = CELL.to_q(axis * np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG]))
+    free = np.setdiff1d(np.arange(len(CELL)), np.arange(CELL.arm_slice.start, CELL.arm_slice.stop))
+    push = np.tile([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0], (len(q), 1))
+    numbers = error_numbers(CELL, 1, replace(errors, any_force=0.0, rest=0.0))
+    got = np.sqrt(
+        expected_squares(numbers, np.ascontiguousarray(q[:, free]), np.ascontiguousarray(q[:, CELL.arm_slice]), push)[0]
+    )
+    np.testing.assert_allclose(got, expected, rtol=0.01)
 
 
 def test_a_plan_can_not_wait_for_the_removal(tmp_path: Path) -> None:
