@@ -141,6 +141,22 @@ def test_relative_motions(tmp_path):
     assert tip_mm(again, 2)[2] == pytest.approx(tip_mm(again, 1)[2] + 1)
 
 
+def test_from_where_the_robot_stands(tmp_path):
+    """A program that asks waits: the rounding before it is none. Behind axes the place is known by the chain."""
+    ways = (
+        "DECL E6POS P\nDECL E6AXIS Q\nLIN {Z 600}\nLIN {X 100} C_DIS\nP=$POS_ACT\nP.Z=P.Z+20\nLIN P C_DIS\nLIN {Y 5}\n"
+    )
+    made = run(
+        tmp_path,
+        ways + "PTP {A1 3,A2 -90,A3 90,A4 0,A5 90,A6 0}\nQ=$AXIS_ACT\nQ.A1=Q.A1+4\nPTP Q\nP=$POS_ACT\nP.Z=P.Z+1\nLIN P",
+    )
+    assert not made.gaps and made.exact.tolist()[1:5] == [True, True, False, True]
+    assert np.allclose(tip_mm(made, 3)[[0, 2]], [100, 620], atol=1e-6) and made.axes[6, 0] == 7
+    assert np.allclose(tip_mm(made, 7) - tip_mm(made, 6), [0, 0, 1], atol=1e-6)
+    (gap,) = run(tmp_path, "DECL E6AXIS Q\nLIN {Z 600}\nQ=$AXIS_ACT\nPTP Q").gaps
+    assert "isn't known" in gap.text or "no value" in gap.text
+
+
 def test_a_step_along_the_tool(tmp_path):
     """At A 90, B 0, C 180 the tool's x is the base's y, its z the base's -z."""
     made = run(
@@ -779,7 +795,7 @@ def test_text_that_is_no_program(tmp_path, text, says):
         'LIN {Z "a"}',
         "LIN {Z TRUE}",
         "LIN {Z 1/0}",
-        "LIN {Z $POS_ACT.Z}",
+        "LIN {Z $POS_INT.Z}",
         "LIN {",
         "LIN }{",
         "CIRC {X 1}",

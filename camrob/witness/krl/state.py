@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from camrob.witness.happenings import Event, Gap, Load, Objection
 from camrob.witness.krl.columns import LIN, Columns, Motions
 from camrob.witness.krl.conduct import Conduct
 from camrob.witness.krl.hooks import Hooks, Step, canonical
-from camrob.witness.krl.text import Line
+from camrob.witness.krl.text import POSE, Line
 from camrob.witness.krl.values import UnknownError, Value, Variables
 from camrob.witness.machine import Machine
 
@@ -113,6 +114,10 @@ class State:
         self.external = [float(value) for value in self.machine.home[6:]]
         for name in ("$NULLFRAME", "$WORLD"):
             self.variables.common[name] = dict(zip("XYZABC", _ZERO, strict=True))
+        self.variables.asked = {
+            "$POS_ACT": partial(self._stands, axes=False),
+            "$AXIS_ACT": partial(self._stands, axes=True),
+        }
 
     @property
     def count(self) -> int:
@@ -351,6 +356,22 @@ class State:
         if values is None:
             raise UnknownError("$TOOL isn't known")
         return frame(np.array(values))
+
+    def _stands(self, *, axes: bool) -> Value:
+        """$POS_ACT or $AXIS_ACT (axes): where the robot was sent last, and has to have come to; raises UnknownError."""
+        if axes and (self.here.axes is None or np.isnan(self.here.axes).any()):
+            raise UnknownError("$AXIS_ACT isn't known")
+        if self.early is not None:
+            raise UnknownError("CONTINUE before it doesn't wait for the robot")
+        names = [f"A{k}" for k in range(1, 7)] if axes else list(POSE)
+        values = list(self.here.axes or ())[:6] if axes else self.pose_here()
+        outer = zip(self.machine.axis_names[6:], self.external, strict=True)
+        if self.count:
+            self.stops.append(self.count - 1)
+        return {
+            **dict(zip(names, values, strict=True)),
+            **{name: value for name, value in outer if not np.isnan(value)},
+        }
 
     def pose_here(self) -> list[float]:
         """Where the robot was sent last, as X..C in the `$BASE` and with the `$TOOL` in force; raises UnknownError."""

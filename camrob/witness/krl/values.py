@@ -93,11 +93,13 @@ class Variables:
     kept: dict[tuple[int, str], Value | None] = field(
         default_factory=dict
     )  # of data lists: what was there before a change
+    asked: dict[str, Callable[[], Value]] = field(default_factory=dict)  # system variables that are worked out
 
     def find(self, name: str) -> Value:
         """The value of a name such as X, X[3] or X.Y; raises UnknownError."""
         head, *parts = name.split(".")
-        for place in (self.own, self.module, self.common):
+        worked_out = {head: self.asked[head]()} if head in self.asked else {}
+        for place in (worked_out, self.own, self.module, self.common):
             if head in place:
                 value = place[head]
                 for part in parts:
