@@ -28,6 +28,8 @@ _APART = 0.7  # of the decay, at most: what is no quicker than that is the decay
 _DECAYS = (0.03, 0.06, 0.1, 0.15, 0.25, 0.4, 0.7, 1.2)  # s in which an integral part overcomes a reversal
 _PEAK = 0.15  # s of those where no decay shows
 _FALLS = tuple(deg_to_rad(v) for v in (0.2, 0.5, 1.0, 2.0, 4.0, 8.0))  # speed at which Stribeck's excess has gone
+# of the speed that an axis reaches (95 %), at the most: friction is dry, and what turns over slower is any smooth function of speed
+_DRY = 0.25
 # times the scatter of what stays, and share of what the rest takes, that a further part has to take to be one
 _CLEAR, _PART = 40.0, 0.01
 _TINY = 1e-12
@@ -111,6 +113,7 @@ class _Search:
         k = scenes[0].index(axis)
         commands = [s.command[:, [k]] for s in scenes]
         self.v = np.concatenate([s.velocity(c) for s, c in zip(scenes, commands, strict=True)])
+        self.dry = _DRY * float(np.percentile(np.abs(self.v), 95))
         a = np.concatenate([s.velocity(c, 2) for s, c in zip(scenes, commands, strict=True)])
         beside = np.concatenate([np.ones_like(a), self.v, a], axis=1)
         self.beside = np.linalg.qr(beside / np.maximum(np.linalg.norm(beside, axis=0), _TINY))[0]
@@ -141,7 +144,8 @@ class _Search:
 
     def course(self) -> Course:
         """The side first, with the decay; then what comes beside. An axis at which no side shows has any."""
-        rests = [Course(r * self.scale) for r in _SLOW]
+        dry = [r for r in _SLOW if r * self.scale <= self.dry]
+        rests = [Course(r * self.scale) for r in dry or _SLOW[:1]]
         sides = [np.tanh(self.v / c.rest) for c in rests]
         gain, which, _ = self._best(np.concatenate(sides, axis=1))
         if gain < _CLEAR * self._scatter(gain):

@@ -18,6 +18,7 @@ from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
+from camrob.gap.verdict.any_course import any_course
 from camrob.gap.verdict.at_drives import at_drives, not_told_apart, shaped_at_drives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
@@ -93,6 +94,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     trials = (trial, blocks) if trial.named else (trial,)
     held = held_to_delivery(model, trials, probability, drives)
     probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *worse], drives))
+    against = any_course(model, drives.intersection(n for n, p in probability.items() if p >= 0.5))
+    probability |= {n: min(probability[n], BELIEF.unclear) for n in against}
     if (left_over := claims(model, probability)) != members:
         members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]
