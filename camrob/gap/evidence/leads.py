@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import State
+from camrob.gap.evidence.beside_frames import beside_frames
 from camrob.gap.evidence.model import Model, effect_rms
 from camrob.gap.evidence.scan import DRIVE, Shape, covered, gear_orders, shapes, uncovered_forms
 from camrob.gap.evidence.unknown import UNKNOWN
@@ -47,7 +48,7 @@ def look(model: Model, states: dict[str, State], left: Sequence[Array], *, raw: 
     ]
     least = max(_LEAST_NOISE * model.noise, _LEAST_GAP * model.gap, 0.0 if raw else 2.0 * max(inexact, default=0.0))
     found = shapes(model.panels, left, servo, heat, least, 2 * _MOST_SHAPES)
-    for shape in _uncovered(found, model, max(room, 0)):
+    for shape in _uncovered(beside_frames(model, found) if raw else found, model, max(room, 0)):
         key = f"{shape.target}|{shape.quantity}"
         if key in inside:
             continue  # as it is: a second step is no better moment for the first
