@@ -117,7 +117,7 @@ def _placed(
     back = _returning(where, panels, model, max(smooth, 0.0 if part is None else part.share - _WORTH))
     if back is not None:
         where, shapes = back, ()
-    elif part is not None and _stands_out(part, least):
+    elif part is not None and _stands_out(part, least) and not (shapes and _is_field(part)):
         return _of_part(where, part, model, rms)
     elif not shapes:
         where = _of_one(where, one)
@@ -141,6 +141,11 @@ def _stands_out(part: LikelyPart, others: float) -> bool:
     if part.period is not None:
         return part.share > max(_OF_PERIOD, others + _PERIOD_AHEAD)
     return part.share > max(_OF_PART, others + _AHEAD)
+
+
+def _is_field(part: LikelyPart) -> bool:
+    """Whether a part is a smooth field over postures, as the discrepancy is: shapes of the best set have stood out beside that."""
+    return part.follows == "position" and part.moves in (FOOT, TOOL, INSTRUMENT)
 
 
 def _of_part(
