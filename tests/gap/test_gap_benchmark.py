@@ -198,8 +198,8 @@ def test_intervals_and_calibration_against_known_numbers() -> None:
 
 
 @pytest.mark.slow
-def test_the_axis_of_a_name_in_doubt_is_the_place_where_no_single_shape_has_one() -> None:
-    """A counterweight's spring at A2, beside a smooth rest: it looks like a part of a ripple, which is not claimed."""
+def test_a_shape_that_stands_out_beside_a_smooth_rest_has_the_place_and_no_field_over_the_rest() -> None:
+    """A counterweight's spring at A2, beside a smooth rest that is as large: a field over all postures takes more of both."""
     cause = gap_places.causes(gap_places.UR)["a counterweight's spring at A2"]
     said = gap_places.asked(gap_places.UR, cause, 3)
     assert said["claims"] == {}

@@ -28,7 +28,7 @@ _APART = 0.7  # of the decay, at most: what is no quicker than that is the decay
 _DECAYS = (0.03, 0.06, 0.1, 0.15, 0.25, 0.4, 0.7, 1.2)  # s in which an integral part overcomes a reversal
 _PEAK = 0.15  # s of those where no decay shows
 _FALLS = tuple(deg_to_rad(v) for v in (0.2, 0.5, 1.0, 2.0, 4.0, 8.0))  # speed at which Stribeck's excess has gone
-# of the speed that an axis reaches (95 %), at the most: friction is dry, and what turns over slower is any smooth function of speed
+# of the speed that an axis reaches (95 %), at the most: friction is dry; what turns over slower is any smooth function of speed
 _DRY = 0.25
 # times the scatter of what stays, and share of what the rest takes, that a further part has to take to be one
 _CLEAR, _PART = 40.0, 0.01

@@ -22,11 +22,13 @@ _RANK = 1e-9  # of the largest singular value of columns
 
 
 def beside_frames(model: Model, found: Sequence[Shape]) -> list[Shape]:
-    """Shapes, those behind the encoders that take most first where frames or latencies are fitted to the logs; else as they are."""
+    """Shapes, those behind the encoders that take most first where frames or latencies are fitted; else as they are."""
     columns = np.flatnonzero(np.isin(model.design.owner, sorted(model.evidence.always)))
     if not len(columns):
         return list(found)
-    frames = np.concatenate([(p.tcp[:, :, columns] * p.w_tcp[:, :, None]).reshape(-1, len(columns)) for p in model.panels])
+    frames = np.concatenate(
+        [(p.tcp[:, :, columns] * p.w_tcp[:, :, None]).reshape(-1, len(columns)) for p in model.panels]
+    )
     y = np.concatenate([(p.y_tcp * p.w_tcp).ravel() for p in model.panels])
     Q = np.linalg.svd(frames / np.maximum(np.linalg.norm(frames, axis=0), 1e-300), full_matrices=False)
     Q = Q[0][:, Q[1] > _RANK * Q[1][0]]

@@ -1,7 +1,7 @@
 """Names of the drives that work against each other, and together do no more than any smooth function of the axis's speed would.
 
-A drive short of voltage falls behind with the square of its speed: so does a delay, less a friction that pushes. Each stands far out,
-and all that both leave is noise.
+A drive short of voltage falls behind with the square of its speed: so does a delay, less a friction that pushes. Each stands far
+out, and all that both leave is noise.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _TINY = 1e-12
 
 
 def any_course(model: Model, names: Collection[str]) -> frozenset[str]:
-    """Those of some names of the drives that do most of what they do on axes where they mostly cancel, and where a smooth function
-    of the speed in their place leaves more by fewer squares than a name has to stand out by to be nearly sure. Of logs that tell
-    both ends.
+    """Those of some names of the drives that do most of what they do on axes where they mostly cancel, and where a smooth
+    function of the speed in their place leaves more by fewer squares than a name has to stand out by to be nearly sure. Of logs
+    that tell both ends.
     """
     asked = sorted(model.evidence.effects_of(model.best.members).intersection(names))
     if len(asked) < 2:

@@ -144,7 +144,7 @@ def _stands_out(part: LikelyPart, others: float) -> bool:
 
 
 def _is_field(part: LikelyPart) -> bool:
-    """Whether a part is a smooth field over postures, as the discrepancy is: shapes of the best set have stood out beside that."""
+    """Whether a part is a smooth field over postures, as the discrepancy is: shapes of the best set have stood out beside it."""
     return part.follows == "position" and part.moves in (FOOT, TOOL, INSTRUMENT)
 
 

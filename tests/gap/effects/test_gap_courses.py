@@ -134,3 +134,12 @@ def test_friction_that_stands_moves_no_lag(tmp_path: Path) -> None:
     one, other = (f["servo_lag"].parameters["tau_s"] for f in (alone, both))
     assert abs(one.value - other.value) < 2.0 * max(one.std, other.std) + 0.02 * one.value
     assert both["friction"].parameters["A1_constant_deg"].value == pytest.approx(0.02, rel=0.15)
+
+
+def test_what_turns_over_as_slowly_as_the_axis_moves_is_no_friction(tmp_path: Path) -> None:
+    """A drive that falls behind with the square of its speed, less what follows the speed, is a side with the widest edge."""
+    command = 0.3 * wandering(3)
+    speed = np.gradient(command, FINE)
+    scene = make_scene(log_of(tmp_path, command, -1e-4 * speed * np.abs(speed)), read_cell(tmp_path))
+    reached = np.percentile(np.abs(scene.velocity(scene.command)), 95)
+    assert friction_course([scene], "A1").rest <= 0.25 * reached

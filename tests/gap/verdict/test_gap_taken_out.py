@@ -145,16 +145,18 @@ def test_what_other_names_show_to_a_few_degrees_is_unknown_once_its_kind_has_a_f
 
 @pytest.mark.slow
 def test_what_is_believed_of_no_name_is_believed_of_something_unknown(tmp_path: Path) -> None:
-    """Friction taken out is play, which leaves far more on the withheld run than predicted: "explained", once. Play takes of both
-    logs what it moves there, so that it is likely (0.78) since 2026-11-25, and never sure.
+    """Friction taken out is play, which leaves far more on the withheld run than predicted: "explained", once. These logs hold no
+    encoders, so that friction and play move the tool alike but where an axis turns round: play takes nine tenths of the energy
+    on a run that took no part. So it is likely (0.78), never sure, and no other name is.
     """
     from gap.maker import write_case
 
     write_case(tmp_path, 2833000, None, "friction", (2.0, 20.0))
     log, withheld = (read_log(tmp_path / f"2833000{end}.csv") for end in ("", "_withheld"))
     said = diagnose([log], kr15(), withheld=[withheld], without=["friction"]).summary.to_json()
-    names = [e["probability"] for e in said["effects"]]
-    assert max(names, default=0.0) < 0.8
+    claimed = {e["effect"]: e["probability"] for e in said["effects"] if e["probability"] >= 0.5}
+    assert set(claimed) <= {"backlash", "hysteresis"}
+    assert max(claimed.values(), default=0.0) < 0.8
     assert said["unknown"]["probability"] > 0.95
     assert said["unknown"]["probability"] >= next(a["probability"] for a in said["alternatives"] if not a["effects"])
     assert said["status"] != "explained"
@@ -199,7 +201,9 @@ def test_what_is_in_the_library_is_as_sure_as_ever(apply, name: str) -> None:
 
 @pytest.mark.slow
 def test_a_foot_that_warms_up_and_an_instrument_that_drifts_are_one_class() -> None:
-    """Seen from the world, both move all that is measured, in the course of time."""
+    """Seen from the world, both move all that is measured; over this run, a settling course and a steady one differ by less than
+    a tenth of their energy, and nobody knows that an instrument drifts steadily. No such log can tell: neither is sure.
+    """
     (found,) = (e for e in said_of(warm_foot)["effects"] if e["probability"] > 0.5)
     assert found["effect"] == "thermal_drift" and found["class"] == ["measurement_drift", "thermal_drift"]
     assert 0.7 < found["probability"] < 0.8
