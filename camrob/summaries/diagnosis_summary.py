@@ -95,8 +95,8 @@ class EffectFound(OpenSummary):
     alike: it and what these logs can't tell from it, with the probability of one of them; evidence: of the sets that hold it.
     implausible, unusual: what speaks against its values, "" for nothing. compensable: whether `compensate` can correct it.
     regimes: what such an effect follows. remedy: what a person does about it, "" where nobody has said. isolated_by: the run
-    that would show it alone. of_machine: whether the tool itself is elsewhere, and not only the reading of it. Files of before
-    2026-11-26 lack these three.
+    that would show it alone. of_machine: whether the tool itself is elsewhere, and not only the reading of it. physics: what it
+    is, in a sentence. Files of before 2026-11-26 lack these four.
     """
 
     effect: str
@@ -127,6 +127,7 @@ class EffectFound(OpenSummary):
     remedy: str = ""
     isolated_by: str = ""
     of_machine: bool = True
+    physics: str = ""
 
     @property
     def claimed(self) -> bool:

@@ -44,8 +44,7 @@ def effects_found(
         own = members_of(model, effect.name)
         if not own:
             # not in the best set: judged by what it would be on top of it
-            units = [i for i, u in enumerate(model.units) if u.effect == effect.name]
-            own = frozenset(units)
+            own = frozenset(i for i, u in enumerate(model.units) if u.effect == effect.name)
         rest = model.best.members | own
         joint = shrinkage(model, trial, rest, own)
         alone = shrinkage(model, trial, own)
@@ -83,6 +82,7 @@ def effects_found(
                 remedy=effect.remedy,
                 isolated_by=effect.experiment,
                 of_machine=effect.of_machine,
+                physics=effect.physics,
             )
         )
     return tuple(sorted(entries, key=lambda e: (-e.probability, -e.shrink)))

@@ -18,8 +18,7 @@ from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
-from camrob.gap.verdict.any_course import any_course
-from camrob.gap.verdict.at_drives import at_drives, not_told_apart, shaped_at_drives
+from camrob.gap.verdict.at_drives import any_course, at_drives, not_told_apart, shaped_at_drives
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
 from camrob.gap.verdict.carried_over import carried_over

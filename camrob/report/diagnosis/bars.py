@@ -15,13 +15,16 @@ __all__ = ["place_charts", "shrink_charts"]
 
 Chart = dict[str, Any]
 _GREEN = "#2f9e77"
+_LIKELY = 0.5
 # px that titles and ticks take; the legend stands above the bars
 _MARGIN = {"t": 34, "r": 10, "l": 56, "b": 46}
 _LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
 
 
 def place_charts(summary: DiagnosisSummary) -> list[Chart]:
-    """The gap by stage (mm), by axis and by regime (%), each with its 90 % interval."""
+    """The gap by stage (mm) and, where any is claimed, by cause (mm); at last by axis and by regime (%). All but causes with their
+    90 % intervals.
+    """
     where = summary.where
     stages = {_arrow(k, summary): (v, where.stage_intervals[k]) for k, v in where.stages.items()}
     blamed = [a for a in summary.blamed_axes if a in where.axes]
@@ -38,9 +41,26 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     shades = [_GREEN if k in follow or not follow else NOISE for k in kinds]
     return [
         _bars("by-stage", "By stage", "rms [mm]", stages, BEFORE, 1.0),
+        *_by_cause(summary),
         _bars("by-axis", title, unit, axes, colors, 100.0),
         _bars("by-regime", "By regime, what is blamed first" if follow else "By regime", unit, regimes, shades, 100.0),
     ]
+
+
+def _by_cause(summary: DiagnosisSummary) -> list[Chart]:
+    """How far each claim moves the tool, and what stays unexplained where that is likely."""
+    sizes: dict[str, float] = {plain_name(e.effect): e.moves_mm for e in summary.claimed if not only_first(e)}
+    if not sizes:
+        return []
+    shades = [_GREEN] * len(sizes)
+    if summary.unknown.probability >= _LIKELY:
+        sizes["unexplained"] = summary.unknown.rms_mm
+        shades.append(BEFORE)
+    known = {name: (size, (size, size)) for name, size in sizes.items()}
+    chart = _bars("by-cause", "By cause, at the tool", "rms [mm]", known, shades, 1.0)
+    for trace in chart["traces"]:
+        del trace["error_y"]  # of a fitted size nobody has resampled
+    return [chart]
 
 
 def _arrow(stage: str, summary: DiagnosisSummary) -> str:

@@ -32,8 +32,10 @@ __all__ = ["diagnosis_report"]
 Chart = Mapping[str, Any]
 
 _LEVEL = {"explained": "good", "no gap": "good", "partly explained": "warn", "unexplained": "bad"}
+_INTERVALS = "Lines on the bars: 90 % intervals, by resampling whole stretches of the path."
 _MOST_VALUES, _MOST_SETS = 6, 6  # a line's room; the JSON has all
 _ENOUGH = 100.0  # sigmas: more of them say no more
+_NONE = "none of these"
 _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
 
 
@@ -52,15 +54,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _to_do(summary),
             _next(summary),
             section(f"The {what}, coloured by the error", _pair(space), _space_caption(summary, claimed=claimed)),
-            section(
-                "Where the gap lies",
-                _pair(places),
-                _caption(
-                    "Lines on the bars: 90 % intervals, by resampling whole stretches of the path. An axis or a regime is shown "
-                    "with the share of the gap's energy that it would explain alone, on stretches that took no part: these "
-                    "overlap and do not add up."
-                ),
-            ),
+            section("Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, places[-2:])),
             _missing(summary),
             _causes(summary),
             _shrunk(summary, shrunk),
@@ -80,6 +74,17 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
 
 def _chart(chart: Chart) -> str:
     return f'<div class="chart" id="{escape(chart["id"])}" style="height:{int(chart["layout"]["height"])}px"></div>'
+
+
+def _alone(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
+    """By axis and by regime, each by itself: not what is found, where something is."""
+    title = "What one axis, or one regime, would explain by itself"
+    note = (
+        "The share of the gap's energy that a shift of each axis alone, or a function of each regime alone, would take on "
+        "stretches that took no part. These overlap and do not add up: each stands in for the others"
+    )
+    note += "; what is blamed may show less here than what is not." if summary.claimed else "."
+    return f'<div class="part"><h3>{escape(title)}</h3>{_pair(charts)}{_caption(note)}</div>'
 
 
 def _pair(charts: Sequence[Chart]) -> str:
@@ -112,20 +117,24 @@ def _cards(summary: DiagnosisSummary) -> str:
     gap, t = summary.gap, summary.together
     left = f", {gap.outliers} more left out as outliers" if gap.outliers else ""
     after = (
-        ("after, on withheld samples", escape(mm(t.rms_after_mm)), f"{mm(t.rms_before_mm)} before")
+        ("before → after, rms", escape(to_mm(t.rms_before_mm, t.rms_after_mm)), withheld_text(summary))
         if summary.claimed
         else ("after", "–", "nothing is claimed, so nothing is taken away")
     )
     return card_row(
         [
             (
-                "gap, rms",
+                "gap as diagnosed, rms",
                 escape(mm(gap.rms_mm)),
                 f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples} samples{left}",
             ),
             after,
             (noise_name(summary), escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
-            ("something unknown at work", escape(sure(summary.unknown.probability)), "that the library lacks a cause"),
+            (
+                "something else at work too" if summary.claimed else "something unknown at work",
+                escape(sure(summary.unknown.probability)),
+                "a cause that the library lacks",
+            ),
         ]
     )
 
@@ -171,7 +180,9 @@ def _causes(summary: DiagnosisSummary) -> str:
             f"alone {to_mm(e.rms_before_mm, e.alone.rms_after_mm)}",
             f"added last {to_mm(last.rms_before_mm, last.rms_after_mm)}",
         )
-        cells = (f"{name}{axes}<br>{escape(sure(e.probability))} sure", values, "<br>".join(map(escape, shrinks)))
+        values += f"<br>seldom so large: {escape(e.unusual)}" if e.unusual else ""
+        what = f'<p class="caption">{escape(e.physics)}</p>' if e.claimed and e.physics else ""
+        cells = (f"{name}{axes}<br>{escape(sure(e.probability))} sure{what}", values, "<br>".join(map(escape, shrinks)))
         rows.append([*cells, rivals + refused])
     head = ("effect", "values", "rms without and with it", "would show nearly the same")
     shown = table(head, rows, left=4, whole=True) if rows else "<p>No effect of the library is worth a line.</p>"
@@ -185,16 +196,21 @@ def _causes(summary: DiagnosisSummary) -> str:
 def _sets(summary: DiagnosisSummary) -> str:
     """The sets of effects that were compared, and what can't be told apart at all."""
     sets = [
-        f"{sure(a.probability)}: {', '.join(map(plain_name, a.effects)) or 'nothing in the library'}"
+        f"{sure(a.probability)}: {', '.join(map(plain_name, a.effects)) or _NONE}"
         for a in summary.alternatives[:_MOST_SETS]
         if a.probability >= 0.01
     ]
+    doubts = any(a.effects for a in summary.alternatives) and any(not a.effects for a in summary.alternatives)
+    note = _caption(
+        "What the doubts of its names take from a set goes to what is left of it, at last to none of them: that is no finding. "
+        f"Whether a cause that the library lacks is at work is a question of its own: {sure(summary.unknown.probability)}."
+    )
     groups = [" and ".join(map(plain_name, g)) for g in summary.aliases]
     alike = (
         f"<p>What these logs can't tell apart, whatever is at work: {escape('; '.join(groups))}.</p>" if groups else ""
     )
     title = "<h3>How the evidence divides among whole sets of effects</h3>"
-    return f'<div class="part">{title}{_bullets(sets)}{alike}</div>'
+    return f'<div class="part">{title}{_bullets(sets)}{note if doubts else ""}{alike}</div>'
 
 
 def _shrunk(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:

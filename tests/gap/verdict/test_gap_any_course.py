@@ -14,7 +14,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.observation.scene import make_scene
-from camrob.gap.verdict.any_course import any_course
+from camrob.gap.verdict.at_drives import any_course
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
 
