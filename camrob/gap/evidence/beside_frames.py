@@ -30,8 +30,8 @@ def beside_frames(model: Model, found: Sequence[Shape]) -> list[Shape]:
         [(p.tcp[:, :, columns] * p.w_tcp[:, :, None]).reshape(-1, len(columns)) for p in model.panels]
     )
     y = np.concatenate([(p.y_tcp * p.w_tcp).ravel() for p in model.panels])
-    Q = np.linalg.svd(frames / np.maximum(np.linalg.norm(frames, axis=0), 1e-300), full_matrices=False)
-    Q = Q[0][:, Q[1] > _RANK * Q[1][0]]
+    U, size, _ = np.linalg.svd(frames / np.maximum(np.linalg.norm(frames, axis=0), 1e-300), full_matrices=False)
+    Q = U[:, size > _RANK * size[0]]
     left = y - Q @ (Q.T @ y)
     behind = [s for s in found if not s.target.startswith(DRIVE)]
     taken = {id(s): _taken(left, Q, _columns(model.panels, s)) for s in behind}

@@ -171,7 +171,7 @@ def _smooth_shows(model: Model, k: int, w: Array, together: Array) -> bool:
 
 def _joined(parts: Sequence[Array], k: int) -> Array:
     """(N,) an axis's column of all logs; 0 where nothing is told."""
-    return np.nan_to_num(np.concatenate([p[:, k] for p in parts]))
+    return np.asarray(np.nan_to_num(np.concatenate([p[:, k] for p in parts])))
 
 
 def _gap_of(panel: Panel) -> Array:

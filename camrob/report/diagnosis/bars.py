@@ -22,8 +22,8 @@ _LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
 
 
 def place_charts(summary: DiagnosisSummary) -> list[Chart]:
-    """The gap by stage (mm) and, where any is claimed, by cause (mm); at last by axis and by regime (%). All but causes with their
-    90 % intervals.
+    """The gap by stage (mm) and, where any is claimed, by cause (mm); at last by axis and by regime (%). With their 90 %
+    intervals, but for causes.
     """
     where = summary.where
     stages = {_arrow(k, summary): (v, where.stage_intervals[k]) for k, v in where.stages.items()}
