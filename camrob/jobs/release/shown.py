@@ -26,6 +26,7 @@ from camrob.redundancy.redundancy_map import RedundancyMap, redundancy_map
 from camrob.redundancy.solution import Solution
 from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
+from camrob.report.post.paper_section import ALIKE, UNREVISED
 from camrob.se3 import inverse
 
 __all__ = ["map_shown", "other_ways", "run_shown", "stock_shown"]
@@ -105,8 +106,8 @@ def other_ways(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
     ways = {"published method": partial(resolve_vjm)}
     if solution.method == "vjm":
         ways = {
-            "all weights alike": partial(resolve_vjm, weighting=even),
-            "without revision": partial(resolve_vjm, revise=False),
+            ALIKE: partial(resolve_vjm, weighting=even),
+            UNREVISED: partial(resolve_vjm, revise=False),
         }
     others = {}
     for name, way in ways.items():

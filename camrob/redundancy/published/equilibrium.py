@@ -34,7 +34,8 @@ _LEFT = 1e-6  # rad, m times a weight that may be left along self-motion: the fo
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
     """Along a path of N points: weights (N, n) of h_jnt; acting (N,): h_cond has a part in the point; bounded (N,): the posture
-    lags behind the equilibrium of h_jnt, since self-motion was bounded (False where h_cond acts: the two can't be told apart).
+    lags behind the equilibrium of h_jnt, since self-motion was bounded (False where h_cond acts: the two can't be told apart,
+    and on ways along the tool's axis, where the arm goes alone).
     """
 
     weights: Array
@@ -67,7 +68,7 @@ def equilibrium(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilib
     left = np.linalg.norm(unseen, axis=1)
     before = np.concatenate([[np.inf], np.asarray(solution.inv_kf)[:-1]])
     acting = before < weighting.threshold
-    return Equilibrium(weights, acting, (left > _LEFT) & ~acting)
+    return Equilibrium(weights, acting, (left > _LEFT) & ~acting & ~path.along_axis)
 
 
 def weights_along(surface: WeightSurface, q: Array) -> Array:

@@ -13,16 +13,19 @@ from camrob.cell.cell import Cell
 from camrob.dynamics.torques import JointTorques
 from camrob.findings import Finding
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.published.equilibrium import Equilibrium
 from camrob.redundancy.redundancy_map import RedundancyMap
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, page, plot_text
 from camrob.report.page.parts import chart_place
 from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
+from camrob.report.page.statements import Statement, statements_section
 from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
 from camrob.report.post.map_section import MAP_LEGEND, map_chart
+from camrob.report.post.paper_section import paper_statements
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.player_section import player_section
 from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
@@ -55,6 +58,7 @@ class _Posted(NamedTuple):
     charts: tuple[Chart, ...]
     scene: Mapping[str, Any]  # of the player
     with_part: bool
+    statements: tuple[Statement, ...]  # of the published method's paper
 
 
 # the page from top to bottom: each entry gives its HTML, "" where it has nothing to show
@@ -68,6 +72,7 @@ _SECTIONS: tuple[Callable[[_Posted], str], ...] = (
     lambda p: feed_section(p.summary.feed),
     lambda p: torque_section(p.summary.torques),
     lambda p: plan_section(p.summary.plan),
+    lambda p: statements_section(p.statements) if p.statements else "",
     lambda p: regions_table(p.summary, p.path, p.solution, threshold=p.cell.resolve.threshold),
     lambda p: _FOOTER,
 )
@@ -102,7 +107,8 @@ def post_report(
     best = None if bound is None else np.asarray(bound, float)
     _demand_length(len(path), {"solution": solution.inv_kf, **others, **({} if best is None else {"bound": best})})
     names = {r.index: r.name or f"region {r.index}" for r in summary.regions}
-    charts = _charts(cell, path, solution, names, others, best) + _weights(cell, path, solution, names)
+    weighed = weights_along(cell, path, solution)
+    charts = _charts(cell, path, solution, names, others, best) + _weights(cell, path, names, weighed)
     charts[1:1] = _map(cell, path, solution, names, redundancy)
     charts += _motion_charts(cell, path, names, reached, torques)
     scene = scene_data(
@@ -116,7 +122,18 @@ def post_report(
         threshold=cell.resolve.threshold,
         base_T_part=np.eye(4) if base_T_part is None else base_T_part,
     )
-    posted = _Posted(summary, cell, path, solution, tuple(findings), names, tuple(charts), scene, part_mesh is not None)
+    posted = _Posted(
+        summary,
+        cell,
+        path,
+        solution,
+        tuple(findings),
+        names,
+        tuple(charts),
+        scene,
+        with_part=part_mesh is not None,
+        statements=paper_statements(cell, path, solution, weighed, others),
+    )
     data = {
         "names": {str(index): plot_text(name) for index, name in names.items()},
         "charts": [{key: c[key] for key in ("id", "traces", "layout", "maps") if key in c} for c in charts],
@@ -185,10 +202,9 @@ def _map(
     return [{"id": "map", "title": title, "caption": caption, "legend": MAP_LEGEND, **chart}]
 
 
-def _weights(cell: Cell, path: ToolPathInBase, solution: Solution, names: Mapping[int, str]) -> list[Chart]:
+def _weights(cell: Cell, path: ToolPathInBase, names: Mapping[int, str], found: Equilibrium | None) -> list[Chart]:
     """What weighed the joints, where the published method made the postures and an engine weighs any of them."""
-    found = weights_along(cell, path, solution) if cell.resolve.joint_engine.weights else None
-    if found is None:
+    if found is None or not cell.resolve.joint_engine.weights:
         return []
     chart, caption = weights_chart(cell, Along.of(path, names), path, found)
     title = f"Weights of the reference posture, by {escape(cell.resolve.joint_engine.file)}"

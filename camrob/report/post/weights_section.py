@@ -63,12 +63,13 @@ def weights_chart(cell: Cell, along: Along, path: ToolPathInBase, found: Equilib
     text = _caption(
         100.0 * bounded.sum() / max(1, cutting.sum()),
         100.0 * (np.asarray(found.acting) & cutting).sum() / max(1, cutting.sum()),
+        100.0 * (path.along_axis & cutting).sum() / max(1, cutting.sum()),
     )
     return {"traces": traces, "layout": layout}, text
 
 
-def _caption(bounded: float, acting: float) -> str:
-    """What the chart shows. bounded: % of the cutting points where self-motion is; acting: % where h_cond pulls."""
+def _caption(bounded: float, acting: float, alone: float) -> str:
+    """What the chart shows. % of the cutting points where self-motion is bounded, h_cond pulls, the arm goes alone."""
     lag = (
         f"At {number(bounded, 1)} % of the cutting points (red) the posture lags behind the equilibrium of the published loop: "
         "there the loop's own posture folds over, and unbounded the external axes would jump; camrob bounds self-motion by the "
@@ -76,6 +77,8 @@ def _caption(bounded: float, acting: float) -> str:
         if bounded
         else "Nowhere does the posture lag behind the equilibrium of the published loop. "
     )
+    if alone:
+        lag += f"(Left out: {number(alone, 1)} %, ways along the tool's axis, which the arm goes alone.) "
     pull = f"pulls at {number(acting, 1)} % of the cutting points" if acting else "pulls nowhere"
     return (
         "How strongly the method pulls each axis to its reference posture while it cuts; the rest of the free motion goes to "

@@ -37,8 +37,9 @@ def test_the_weights_are_the_compiled_engines() -> None:
 def test_a_path_that_is_never_bounded_stands_at_the_equilibrium_but_where_the_arm_goes_alone() -> None:
     cell, path, solution = engraved()
     found = equilibrium(cell, path, solution)
-    cutting = path.cutting & ~path.along_axis
-    assert cutting.sum() > 700 and not found.bounded[cutting].any() and not found.acting.any()
+    assert (
+        (path.cutting & path.along_axis).sum() > 40 and not found.bounded[path.cutting].any() and not found.acting.any()
+    )
 
 
 def test_a_posture_moved_off_it_is_reported() -> None:
@@ -48,7 +49,7 @@ def test_a_posture_moved_off_it_is_reported() -> None:
     q[moved, cell.index("E1")] += 0.01
     off = Solution("vjm", q, solution.inv_kf, cell.digest, path.digest, solution.revisions)
     found = equilibrium(cell, path, off)
-    np.testing.assert_array_equal(np.flatnonzero(found.bounded & path.cutting & ~path.along_axis), moved)
+    np.testing.assert_array_equal(np.flatnonzero(found.bounded & path.cutting), moved)
 
 
 def test_bounds_on_self_motion_leave_the_posture_behind() -> None:
