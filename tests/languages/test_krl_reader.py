@@ -283,6 +283,13 @@ def test_inline_forms_of_the_spline_kind(tmp_path):
     )
     assert tools[:2] == [[1, 2, 3]] * 2 and bases[:2] == [[4, 5, 6]] * 2 and np.isnan([*tools[2], *bases[2]]).all()
     assert set(codes(program)) == {"with-left-out"}
+    home = "SPTP XHOME WITH $TOOL = STOOL2(FHOME), $BASE = SBASE(FHOME.BASE_NO)\n"  # which only the controller knows
+    chain = "EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {X 7,Y 8,Z 9,A 0,B 0,C 0})"
+    moving = f"SLIN {{X 1,Y 2,Z 3,A 4,B 5,C 6}} WITH $BASE = {chain}"
+    program = read(tmp_path, home + moving, data)
+    assert {"home-unknown", "tool-unknown"} <= set(codes(program)) and len(program) == 1
+    frame = program.bases[program.base[0]]
+    assert frame.kind is FrameKind.MECHANISM and frame.xyzabc[:3].tolist() == [7, 8, 9]
 
 
 def test_a_config_that_can_not_be_read_is_left_out(tmp_path):

@@ -90,7 +90,7 @@ def _beginnings() -> list[Job]:
     """From wherever the machine stands, at a feed; and a hole there, of which no program may come."""
     head, end = "BEGIN PGM B MM\nTOOL CALL 1 Z S5000\n", "L X+20 F100\nL Z+50 FMAX\nM5\nM30\nEND PGM B MM\n"
     text = head + "L Z+5 R0 F9000 M3\nL X+10 Y+10\nL Z-1 F100\n" + end
-    story = Story().event("change", 1).event("cw", 5000).cut(9000, 10, 10, 5).cut(100, 10, 10, -1)
+    story = Story().event("change", 1).event("cw", 5000).rapid(10, 10, 5).cut(100, 10, 10, -1)
     story.cut(100, 20, 10, -1).rapid(20, 10, 50).event("off")
     hole = head + "L Z-5 R0 F100 M3\nL Z+5\nL X+10 Y+10 FMAX\nL Z-1\n" + end
     slot = head + "L Z-1 R0 F100 M3\nL X+10 Y+10\n" + end

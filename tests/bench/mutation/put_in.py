@@ -120,7 +120,9 @@ def _constants(module: str, text: str, changed: str) -> list[str]:
 
 
 def posted(warm: Warm, fault: Fault, names: Sequence[str]) -> tuple[str, str]:
-    """What comes of a fault on the jobs: `stopped`, `valid`, `same` (it shows on none), `wrong`, `misfit`; and a text of it."""
+    """What comes of a fault on the jobs, `stopped` (or kept from what must be refused), `valid`, `same` (it shows on none),
+    `wrong` or `misfit`, and a text of it.
+    """
     result = Result(fault.name, fault.file, "", "", 0)
     jobs = [n for n in names if n in warm.baselines]
 
@@ -147,7 +149,7 @@ def posted(warm: Warm, fault: Fault, names: Sequence[str]) -> tuple[str, str]:
         return result.outcome, f"{result.job}: {result.fault}: {result.text}"
     if result.outcome == "valid":
         return "valid", f"{counts}; {', '.join(sorted(result.kinds))}; {'; '.join(sorted(result.errors))}"
-    stopped = result.outcome in ("refused", "crashed", "hang")
+    stopped = result.outcome in ("refused", "crashed", "hang", "kept")
     return "stopped" if stopped else result.outcome, f"{counts}; {'; '.join(sorted(result.errors))}"
 
 

@@ -60,8 +60,9 @@ def take_with(machine: KrlMachine, tokens: tuple[Token, ...], line: int) -> None
 
 
 def _function(expression: Expression) -> tuple[str, list[Value]]:
-    """The function that is called next and its arguments; none where a value stands."""
-    if expression.next.kind != "name" or expression.tokens[expression.at + 1].text != "(":
+    """The form's function that is called next and its arguments; none where a value stands, EK(...) among them."""
+    called = expression.next.kind == "name" and expression.tokens[expression.at + 1].text == "("
+    if not called or expression.next.text == "EK":
         return "", []
     return expression.path(), expression.arguments()
 
