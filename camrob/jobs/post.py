@@ -18,6 +18,7 @@ from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs, program_comment, program_name, read_inputs
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.files.takes_paths import takes_paths
@@ -242,6 +243,7 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
 
     Raises the error of the first way where all collide.
     """
+    demand_free_home(inputs)
     first: JobError | None = None
     ways: list[tuple[Sought | None, str]] = [(None, way) for way in METHODS[order.method]]
     if order.sought is not None:  # a plan that looks at the part's error, and else those by conditioning

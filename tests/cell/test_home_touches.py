@@ -7,9 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from camrob import post
+from camrob.cell.read_cell import read_cell
+from camrob.errors import CollisionError
 from camrob.jobs.files.cell_check import cell_check
+from camrob.kinematics.kernels import chain_arrays, forward_many
 
-CELLS = Path(__file__).resolve().parents[2] / "cells"
+ROOT = Path(__file__).resolve().parents[2]
+CELLS, ENGRAVING = ROOT / "cells", ROOT / "toolpaths" / "engraving" / "engraving.cls"
 
 
 @pytest.mark.parametrize("name", sorted(folder.name for folder in CELLS.iterdir()))
@@ -26,5 +31,22 @@ def test_an_arm_folded_onto_its_own_column_at_home_is_named(tmp_path: Path) -> N
         "home_deg = 0\n", "home_deg = -205\n", 1
     )
     (folder / "cell.toml").write_text(before + a2 + behind, encoding="utf-8")
-    said = cell_check(folder).summary.home
-    assert "at HOME A3 housing touches A1 column: change home_deg, or what is drawn of one of them" in said
+    said, cure = "at HOME A3 housing touches A1 column", "change home_deg, or what is drawn of one of them"
+    assert f"{said}: {cure}" in cell_check(folder).summary.home
+    with pytest.raises(CollisionError) as refused:  # and no place of the part is proposed
+        post(ENGRAVING, cell=folder, out=tmp_path / "out", report=False)
+    assert refused.value.what == f"the program was not released: {said}; {cure}"
+    assert not (tmp_path / "out").exists() or not any((tmp_path / "out").iterdir())
+
+
+def test_a_part_that_stands_where_the_tool_is_at_home_is_to_be_placed_elsewhere(tmp_path: Path) -> None:
+    shutil.copytree(ENGRAVING.parent, tmp_path / "part")
+    setup = tmp_path / "part" / "setup.toml"
+    cell = read_cell(CELLS / "kr15_track_table")
+    x, y, z = 1e3 * forward_many(chain_arrays(cell), cell.q_home[None])[0, :3, 3]
+    text = setup.read_text(encoding="utf-8").replace(
+        "[0, 0, 200, 0, 0, 0]", f"[{x:.1f}, {y:.1f}, {z + 100:.1f}, 0, 0, 0]"
+    )
+    setup.write_text(text, encoding="utf-8")
+    with pytest.raises(CollisionError, match=r"at HOME .*stock.*; place the part elsewhere"):
+        post(tmp_path / "part" / ENGRAVING.name, cell=CELLS / "kr15_track_table", out=tmp_path / "out", report=False)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camrob.bodies.bare_links import bare_links
-from camrob.cell.cell import Cell
 from camrob.cell.poses import POSES_FILE, pose_errors
 from camrob.cell.read_cell import unchecked_cell
 from camrob.cell.toml_table import PROVENANCES
-from camrob.checks.collisions import check_collisions
+from camrob.jobs.files.home import touches_at_home
 from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -52,19 +51,6 @@ def cell_check(cell: Path) -> CellCheckResult:
         provenance={kind: counts[kind] for kind in PROVENANCES},
         assumed=tuple(key for key, kind in machine.provenance.items() if kind == "assumed"),
         bare=tuple(bare.text for bare in bare_links(machine)),
-        home=_touches_at_home(machine),
+        home=touches_at_home(machine),
     )
     return CellCheckResult(summary)
-
-
-def _touches_at_home(cell: Cell) -> tuple[str, ...]:
-    """Bodies that touch where every program begins and ends: no place of a part can help then."""
-    if not cell.shapes:
-        return ()
-    report = check_collisions(cell, cell.q_home[None], cutting=[False], line=[0], region=[-1])
-    touching: dict[tuple[str, str], tuple[str, str]] = {}  # a pair of bodies for each two groups
-    for found in report.pairs:
-        if found.count:
-            touching.setdefault(found.groups, found.pair)
-    advice = "change home_deg, or what is drawn of one of them"
-    return tuple(f"at HOME {one} touches {other}: {advice}" for one, other in touching.values())
