@@ -4,44 +4,33 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.checks.collision_report import CollisionReport
-from camrob.checks.margins import MarginReport
-from camrob.errors import CollisionError, InputError, JobError, ProgramError, VerificationError
+from camrob.errors import CollisionError, InputError, JobError, VerificationError
 from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.home import demand_free_home
-from camrob.jobs.files.inputs import JobInputs, program_comment, program_name, read_inputs
-from camrob.jobs.files.mounting import mounted_loads
+from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness, manifest_of
+from camrob.jobs.release.attempt import Made, Order, fit
+from camrob.jobs.release.opinion import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.refusal import as_planned
-from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
 from camrob.jobs.release.saved import save_path, save_summary
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
 from camrob.jobs.solving.device import check_device
-from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
-from camrob.jobs.solving.feed_within import off_at_speed, tolerance_findings
-from camrob.jobs.solving.resolved_job import METHODS, Residual, ResolvedJob, check_method, resolve_job
-from camrob.jobs.solving.short_motions import MotionEnds, block_findings
+from camrob.jobs.solving.resolved_job import METHODS, check_method, resolve_job
 from camrob.jobs.solving.sought import Sought, check_sought
 from camrob.jobs.solving.watch import Watch
-from camrob.languages import language_named
-from camrob.program.assemble import assemble_program
-from camrob.program.decimate import decimated
 from camrob.program.language import Language
-from camrob.program.motion_ends import motion_ends
-from camrob.program.process import Process, plan_process
+from camrob.program.process import plan_process
 from camrob.program.program import Program
 from camrob.progress import Progress
 from camrob.redundancy.clock import Clock
@@ -49,7 +38,6 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import PostSummary
 from camrob.toolpath.rest import beginnings
-from camrob.witness.judge import Verdict, judge
 
 __all__ = ["FEEDS", "PostResult", "post"]
 
@@ -148,7 +136,7 @@ def post(
         slowed = inputs.setup.tolerance is not None
         sought = check_sought(known, machine, asked=for_accuracy, planned=method == "planned", tolerance=slowed)
     with staged_output(out, name=title) as folder:
-        order = _Order(
+        order = Order(
             title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought, seconds,
             known if slowed else None,
         )  # fmt: skip
@@ -176,44 +164,7 @@ def post(
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 
-@dataclass(frozen=True, slots=True)
-class _Order:
-    """What was asked for. sought: what plans for accuracy go by, held: what the feed is held to a tolerance by; else None."""
-
-    title: str
-    method: str
-    feed: str
-    max_lines: int | None
-    device: str
-    process: Process
-    clfile: Path
-    cell: Path
-    dialect: str | None
-    units: str | None
-    sought: Sought | None
-    seconds: float | None
-    held: Sought | None
-    begin: int = 0  # the CL line of the operation from which on, 0: all of it
-
-
-@dataclass(frozen=True, slots=True)
-class _Made:
-    """A program in the staging folder, fit for release."""
-
-    inputs: JobInputs
-    solution: Solution
-    residual: Residual
-    program: Program
-    feed: FeedOutcome
-    files: list[str]
-    back: ReadBack
-    collisions: CollisionReport
-    margins: MarginReport
-    findings: list[Finding]
-    verdict: Verdict
-
-
-def _with_entries(order: _Order, made: _Made, machine: Cell, folder: Path, watch: Watch) -> list[str]:
+def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: Watch) -> list[str]:
     """The program's files and, where the cell asks for it, those of one for each operation behind the first, which does the
     rest of the job from there on: solved, written, read back and judged by itself, in a folder of its own till it is fit.
     """
@@ -238,7 +189,7 @@ def _with_entries(order: _Order, made: _Made, machine: Cell, folder: Path, watch
     return files
 
 
-def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) -> _Made:
+def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> Made:
     """The program by the first of the method's ways that keeps free of collisions; the later ones say what was given up.
 
     Raises the error of the first way where all collide.
@@ -253,7 +204,7 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
         with watch.stage("resolve"):
             resolved = resolve_job(inputs, order.method, way, watch.share, order.device, sought, clock.left)
         try:
-            made = _made(order, resolved, folder, watch)
+            made = fit(order, resolved, folder, watch)
         except (CollisionError, VerificationError) as error:
             first = first or error
             continue
@@ -264,78 +215,6 @@ def _first_free(order: _Order, inputs: JobInputs, folder: Path, watch: Watch) ->
         return made
     first = first or VerificationError(f"method {order.method} has no variant to try")
     raise as_planned(first) if order.method == "planned" else first
-
-
-def _made(order: _Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> _Made:
-    """Write a solution into the staging folder, read back, check; raises what stands against the release."""
-    inputs, solution = resolved.inputs, resolved.solution
-    language = language_named(inputs.cell.controller.language)
-    motions: MotionEnds = partial(motion_ends, inputs.toolpath, process=order.process)
-    with watch.stage("feed"):
-        keep = decimated(inputs.path, solution, inputs.setup.decimate)
-        feed = feed_outcome(
-            inputs,
-            np.asarray(solution.q),
-            optimal=order.feed == "optimal",
-            keep=keep,
-            motions=motions,
-            off=off_at_speed(order.held, inputs),
-            progress=watch.share,
-        )
-        held = [] if order.held is None else tolerance_findings(feed.held, inputs.path)
-        lost = feed.losses(inputs.cell, inputs.path)
-        short = block_findings(inputs, solution, feed.blocks, lost, feed.times().program, motions)
-        targets, postures, keep = feed.targets(inputs.path, solution, keep)
-        program = assemble_program(
-            order.title,
-            inputs.cell,
-            inputs.toolpath,
-            targets,
-            postures,
-            process=order.process,
-            cells=tuple(m.cell for m in inputs.mounted),
-            loads=mounted_loads(inputs.mounted),
-            rapid_speed=inputs.rapid_speed,
-            keep=keep,
-            speed=feed.speed,
-            comment=program_comment(inputs, solution.method),
-            language=language,
-        )
-    for old in folder.iterdir():
-        old.unlink()
-    with watch.stage("write"):
-        files, written = _write(language, program, inputs, folder, order.max_lines)
-    main = folder / f"{order.title}{language.suffixes[0]}"
-    with watch.stage("witness"):  # first, for it takes the most memory, and the program as it is read back stays
-        verdict = _witnessed(order, inputs, feed, main)
-    with watch.stage("verify"):
-        back = read_back(main, program, inputs, solution, watch.share)
-        if isinstance(verdict, ProgramError):  # unreadable to the witness alone
-            raise verdict
-        second = hold_to_witness(verdict, folder)
-    with watch.stage("collisions"):
-        margins = path_margins(inputs, solution)
-        collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)
-    said = [*second, *held, *short, *findings]
-    return _Made(inputs, solution, resolved.residual, program, feed, files, back, collisions, margins, said, verdict)
-
-
-def _witnessed(order: _Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -> Verdict | ProgramError:
-    """What the witness says of the written program `main`, or why it can't read it: reading back says that first."""
-    try:
-        return judge(
-            main,
-            order.cell,
-            clfile=order.clfile,
-            setup=inputs.setup.path,
-            dialect=order.dialect,
-            units=order.units,
-            usual_rapid=inputs.rapid_speed,
-            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
-            begin=order.begin,
-        )
-    except ProgramError as unread:
-        return unread
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:
@@ -355,19 +234,7 @@ def _check_choices(method: str, feed: str, device: str, seconds: float | None, p
     check_device(device)
 
 
-def _write(
-    language: Language, program: Program, inputs: JobInputs, folder: Path, max_lines: int | None
-) -> tuple[list[str], list[Finding]]:
-    """The program's files, by name, and what a person should know of them."""
-    names: list[str] = []
-    findings: list[Finding] = []
-    for file, data in language.write(program, inputs.cell.controller, max_lines=max_lines, findings=findings):
-        (folder / file).write_bytes(data)
-        names.append(file)
-    return names, findings
-
-
-def _report(file: Path, summary: PostSummary, made: _Made) -> None:
+def _report(file: Path, summary: PostSummary, made: Made) -> None:
     import trimesh
 
     from camrob.jobs.release.shown import map_shown, other_ways, run_shown, stock_shown

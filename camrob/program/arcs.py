@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,8 +10,9 @@ from numpy.typing import NDArray
 
 from camrob.program.motion import Motion
 from camrob.toolpath.region import Arc, Move, Region
+from camrob.toolpath.toolpath import Toolpath
 
-__all__ = ["circ_rows"]
+__all__ = ["circ_rows", "without_arcs"]
 
 LEAST_RADIUS = 2e-4  # m; below it the rounding of three points bends the arc
 LEAST_WAY = 2e-4  # m between the points of a CIRC; ABB's MoveC takes none nearer than 0.1 mm
@@ -54,3 +56,13 @@ def _pieces(arc: Arc) -> list[tuple[int, int, int]]:
     count = min(count, points // 2)
     edges = arc.first + np.round(np.linspace(0, points, count + 1)).astype(int)  # the same wherever the arc stands
     return [(int(a), int((a + b) // 2), int(b)) for a, b in pairwise(edges)]
+
+
+def without_arcs(toolpath: Toolpath, line: int) -> Toolpath | None:
+    """The toolpath with lines instead of the arcs of the region that has one at a CL line; None where no region has."""
+    regions = list(toolpath.regions)
+    for k, region in enumerate(regions):
+        if any(line in region.line[arc.first : arc.last + 1] for arc in region.arcs):
+            regions[k] = replace(region, arcs=())
+            return replace(toolpath, regions=tuple(regions))
+    return None

@@ -19,6 +19,7 @@ from camrob.frozen import locked
 from camrob.kinematics.frames import tool_jacobians
 from camrob.redundancy.fuzzy.surfaces import WeightSurface
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.published.own_limits import own_limits
 from camrob.redundancy.published.virtual_joint import held_joints
 from camrob.redundancy.published.weighting import engine_weighting
 from camrob.redundancy.solution import Solution
@@ -60,7 +61,8 @@ def equilibrium(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilib
     weights = weights_along(weighting.joint, q)
     apart = q - _references(cell, path, solution)
     apart = np.where(cell.endless, apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi)), apart)
-    free = (q > cell.q_lower + _AT_LIMIT) & (q < cell.q_upper - _AT_LIMIT) | cell.endless
+    lower, upper = own_limits(cell)
+    free = (q > lower + _AT_LIMIT) & (q < upper - _AT_LIMIT) | cell.endless
     free &= ~held_joints(cell)
     h = np.where(free, -weights * apart, 0.0)
     rows = tool_jacobians(cell, q) * free[:, None, :]

@@ -22,6 +22,7 @@ from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FOLLOWED, FollowerSettings, FollowState, follow_path
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
+from camrob.redundancy.published.own_limits import own_limits
 from camrob.redundancy.published.revision import revise_posture
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
@@ -274,8 +275,7 @@ class PathFollower:
         """Take other weights from now on."""
         cell = self.cell
         self.settings = FollowerSettings(
-            cell.q_lower,
-            cell.q_upper,
+            *own_limits(cell),
             cell.endless,
             weighting.joint,
             weighting.condition,

@@ -1,0 +1,36 @@
+"""A cell whose first axis has too little room: postures stand at its limit, and between them the arm keeps it too."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camrob import post
+
+ROOT = Path(__file__).resolve().parents[2]
+CELL, ENGRAVING = ROOT / "cells" / "kr15_track_table", ROOT / "toolpaths" / "engraving" / "engraving.cls"
+
+
+@pytest.mark.parametrize("upper", [8, 12])
+def test_a_part_that_takes_the_first_axis_to_its_limit_is_posted_by_the_spare_freedoms(
+    tmp_path: Path, upper: int
+) -> None:
+    """A1 goes to 20 degrees where it may; the file's arcs took it 1.5 degrees past a limit that all points keep."""
+    narrow = tmp_path / "cell"
+    shutil.copytree(CELL, narrow, ignore=shutil.ignore_patterns("golden", "poses.csv"))
+    text = (narrow / "cell.toml").read_text(encoding="utf-8")
+    wide = "range_deg = [-185, 185]"
+    (narrow / "cell.toml").write_text(text.replace(wide, f"range_deg = [-185, {upper}]", 1), encoding="utf-8")
+    result = post(ENGRAVING, cell=narrow, out=tmp_path / "out", report=False)
+    first = np.degrees(np.asarray(result.solution.q)[:, 2]) - 180.0
+    assert upper - 0.1 < first.max() < upper
+    said = [f.text for f in result.findings if f.code == "arcs-as-lines"]
+    assert len(said) == 1
+    assert said[0].startswith(
+        "the arcs of region ENGRAVE are written as lines: with arcs, A1 passes its limit by up to 1.5"
+    )
+    assert "\nCIRC " not in (tmp_path / "out" / "engraving.src").read_text(encoding="ascii")
+    assert result.summary.limits.violations == 0  # along the whole text, between its points too
