@@ -176,6 +176,8 @@ def _joint_of(element: ElementTree.Element, name: str, before: Array) -> Joint:
     ends = {}
     if limit is not None and kind != "continuous" and "lower" in limit.attrib and "upper" in limit.attrib:
         ends = {side: _finite(limit.attrib[side]) for side in ("lower", "upper")}
+    if limit is not None and _finite(limit.get("velocity", "0")) > 0.0:
+        ends["speed"] = _finite(limit.get("velocity", "0"))
     return Joint(name, Role.ARM, kind == "prismatic", before @ turned, turned.T, **ends)
 
 

@@ -374,6 +374,9 @@ def _resolve(table: TableReader, names: tuple[str, ...]) -> ResolveSettings:
     """[resolve] with its two engines."""
     engines = []
     for key in ("joint_engine", "condition_engine"):
+        if key not in table:
+            engines.append(FuzzyEngine("", {}))
+            continue
         part = table.table(key)
         weights = part.text_map("weights")
         for joint in weights:

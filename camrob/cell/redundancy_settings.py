@@ -18,8 +18,8 @@ class FuzzyEngine:
     """A fuzzy inference engine: its file in the cell's folder, and which of its outputs weighs which joint.
 
     The engine's inputs are named after axes and take their values as programs print them. A joint that `weights` doesn't
-    name gets `default_weight` (Table 2 of the paper: 0.01). `table` says where the nodes of the compiled engine lie: at the
-    corners of its terms and crowded about them, or evenly.
+    name gets `default_weight` (Table 2 of the paper: 0.01), and all do where there is no file (""). `table` says where the nodes
+    of the compiled engine lie: at the corners of its terms and crowded about them, or evenly.
     """
 
     file: str

@@ -67,16 +67,19 @@ def from_urdf(
     tip: Annotated[
         str | None, typer.Option("--tip", metavar="LINK", help="Where the chain ends. Default: the only end there is.")
     ] = None,
+    post: Annotated[
+        bool, typer.Option("--post", help="Add what programs need beside the chain, at assumed values to be replaced.")
+    ] = False,
     out: _OutOption = Path(),
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
-    """Make a cell's folder out of a URDF, for calibrate and diagnose."""
+    """Make a cell's folder out of a URDF, for calibrate and diagnose, or for programs too."""
 
     def job(progress: Progress) -> Any:
         from camrob.jobs.files import cells_and_samples as cells
 
-        return cells.cell_from_urdf(urdf, name=name, tip=tip, out=out)
+        return cells.cell_from_urdf(urdf, name=name, tip=tip, post=post, out=out)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_new)
 

@@ -13,6 +13,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CellError, InputError
 from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.programmed import tables_for_programs
 from camrob.shipped import shipped_cells, shipped_samples
 from camrob.summaries.shipped_summary import (
     CellListSummary,
@@ -97,8 +98,10 @@ def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
     )
 
 
-def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = None, out: Path = Path()) -> NewCellResult:
-    """A cell's folder out of a URDF: chain, limits and masses up to the link `tip`. All of it appears, or nothing.
+def cell_from_urdf(
+    urdf: Path, *, name: str | None = None, tip: str | None = None, post: bool = False, out: Path = Path()
+) -> NewCellResult:
+    """A cell's folder out of a URDF: chain, limits, speeds and masses up to the link `tip`. All of it appears, or nothing.
 
     Such a cell is enough for `calibrate` and `diagnose`; what `post` needs beside it (controller, redundancy, tool) no URDF says.
 
@@ -106,6 +109,7 @@ def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = Non
         urdf: the file; it is copied into the folder.
         name: the cell's name, and its folder's. Default: after the file.
         tip: the link that the chain ends at. Default: the only end there is.
+        post: add what programs need, at values that are assumed and said to be.
         out: where the folder is made.
 
     Raises:
@@ -132,17 +136,27 @@ def cell_from_urdf(urdf: Path, *, name: str | None = None, tip: str | None = Non
         shutil.copyfile(urdf, staging / "robot.urdf")
         (staging / "cell.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
         try:
-            read_cell(staging)
+            cell = read_cell(staging)
         except CellError as error:  # of a file that nobody has written
             said = error.what.removeprefix("arm.urdf: ")
             raise CellError(re.sub(r"^arm\.tip: ", "--tip ", said), hint=error.hint, path=urdf) from None
+        if post:
+            head = "\n".join(lines[:4]) + f"\ntitle = {json.dumps(f'{name}, made from {urdf.name}')}\n"
+            (staging / "cell.toml").write_text(head + tables_for_programs(cell, urdf), encoding="utf-8")
+            read_cell(staging)
+    counted = "check that its zeros and senses are those that the controller counts in (signs, offsets_deg of [arm])"
+    if post:
+        return _made(
+            folder,
+            (
+                counted,
+                "HOME, accelerations, tool, load, controller and outputs are assumed: write the machine's own into cell.toml",
+                "no bodies are drawn ([[shape]]), so that no collision is seen yet",
+            ),
+        )
     return _made(
         folder,
-        (
-            "calibrate and diagnose take it as it is; check that its zeros and senses are those that the log counts in "
-            "(signs, offsets_deg of [arm])",
-            "post needs a [controller], a [resolve] and a tool beside it: camrob cell new copies a cell that has them",
-        ),
+        (f"calibrate and diagnose take it as it is; {counted}", "post needs more: --post adds it, at assumed values"),
     )
 
 

@@ -34,9 +34,12 @@ def condition_threshold(cell: Cell) -> float:
 
 
 def engine_weighting(cell: Cell) -> Weighting:
-    """The cell's own engines. Raises CellError."""
+    """The cell's own engines, all joints alike where it has none. Raises CellError."""
     resolve = cell.resolve
-    joint, condition = (compile_surface(cell, e) for e in (resolve.joint_engine, resolve.condition_engine))
+    joint, condition = (
+        compile_surface(cell, e) if e.file else constant_surface(np.full(len(cell), e.default_weight))
+        for e in (resolve.joint_engine, resolve.condition_engine)
+    )
     return Weighting(joint, condition, condition_threshold(cell), resolve.condition_term == "gradient")
 
 

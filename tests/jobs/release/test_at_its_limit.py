@@ -10,7 +10,7 @@ import pytest
 
 from camrob import post
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 CELL, ENGRAVING = ROOT / "cells" / "kr15_track_table", ROOT / "toolpaths" / "engraving" / "engraving.cls"
 
 

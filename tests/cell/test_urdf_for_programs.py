@@ -1,0 +1,83 @@
+"""`camrob cell from-urdf --post`: Denavit-Hartenberg rows out of a URDF's frames, held to Pinocchio's reading of the file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camrob.cell.joint import Joint, Role, dh_after, dh_before
+from camrob.cell.read_cell import read_cell
+from camrob.errors import CellError
+from camrob.jobs.files.cells_and_samples import cell_from_urdf
+from camrob.kinematics.dh_rows import dh_chain
+from camrob.kinematics.frames import base_T_tool
+from camrob.se3 import rotation_exp
+
+URDF = Path(__file__).resolve().parents[2].parent / "shared" / "benchmarks" / "urdf"
+
+
+def drawn_joints(rng: np.random.Generator, kind: str) -> list[Joint]:
+    """A chain in frames of its own: askew everywhere, parallel and square axes, or a lift beneath it."""
+    joints = []
+    for k in range(6):
+        before = np.eye(4)
+        turn = rng.uniform(-3.0, 3.0, 3) if kind == "askew" else 0.5 * np.pi * rng.integers(-2, 3, 3)
+        for i in range(3):
+            before[:3, :3] = before[:3, :3] @ rotation_exp(np.eye(3)[i] * turn[i])
+        before[:3, 3] = rng.uniform(-0.5, 0.5, 3) * (rng.uniform(size=3) < 0.7)
+        joints.append(Joint(f"A{k + 1}", Role.ARM, kind == "lift" and k == 0, before, np.eye(4)))
+    return joints
+
+
+def forward(places: list[tuple[np.ndarray, np.ndarray]], joints: list[Joint], q: np.ndarray) -> np.ndarray:
+    T = np.eye(4)
+    for (before, after), joint, value in zip(places, joints, q, strict=True):
+        T = T @ before @ joint.motion(np.array(value)) @ after
+    return T
+
+
+@pytest.mark.parametrize("kind", ["askew", "square", "lift"])
+def test_rows_put_the_end_where_the_chain_s_own_frames_do(kind: str) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        joints = drawn_joints(rng, kind)
+        chain = dh_chain(joints)
+        rows = [(dh_before(theta=r.theta, d=r.d), dh_after(a=r.a, alpha=r.alpha)) for r in chain.rows]
+        end = np.linalg.inv(chain.base_T_frames[-1]) @ chain.base_T_ends[-1]
+        for q in rng.uniform(-2.0, 2.0, (5, 6)):
+            own = forward([(j.before, j.after) for j in joints], joints, q)
+            np.testing.assert_allclose(chain.base_T_frames[0] @ forward(rows, joints, q) @ end, own, atol=1e-11)
+
+
+def test_a_robot_s_rows_are_pinocchio_s_and_a_part_is_posted_with_them(tmp_path: Path) -> None:
+    file = URDF / "ur10e.urdf"
+    if not file.is_file():
+        pytest.skip("../shared/benchmarks is not here")
+    pin = pytest.importorskip("pinocchio")
+    cell = cell_from_urdf(file, tip="tool0", post=True, out=tmp_path).cell
+    model = pin.buildModelFromUrdf(str(file))
+    data, frame = model.createData(), model.getFrameId("tool0")
+    rng = np.random.default_rng(3)
+    for q in rng.uniform(cell.q_lower[:6], cell.q_upper[:6], (100, 6)):
+        pin.framesForwardKinematics(model, data, q)
+        ours = base_T_tool(cell, np.append(q, 0.0)) @ np.linalg.inv(np.asarray(cell.flange_T_tool))
+        np.testing.assert_allclose(ours, data.oMf[frame].homogeneous, atol=1e-9)
+    assert np.allclose([j.speed for j in cell.joints[:6]], model.velocityLimit)
+    assert sum(m.mass for m in cell.masses) == pytest.approx(sum(i.mass for i in model.inertias[1:]), rel=1e-9)
+    assert cell.provenance["joint[A1].dh.alpha_deg"] == "datasheet"
+    assert read_cell(tmp_path / "ur10e").digest == cell.digest
+
+
+def test_an_arm_of_seven_axes_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    link = "".join(f'<link name="l{k}"/>' for k in range(8))
+    joint = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0 0.2 0.1"/>'
+        f'<axis xyz="{k % 2} 0 {1 - k % 2}"/><limit lower="-2" upper="2" velocity="1" effort="9"/></joint>'
+        for k in range(7)
+    )
+    (tmp_path / "seven.urdf").write_text(f'<robot name="seven">{link}{joint}</robot>')
+    with pytest.raises(CellError, match="an arm of 7 axes, and programs are made for six that turn; leave --post out"):
+        cell_from_urdf(tmp_path / "seven.urdf", post=True, out=tmp_path)
+    assert not (tmp_path / "seven").exists()
