@@ -1,4 +1,4 @@
-"""The part, four ways, on sealed cells: `python tests/bench/bench_surface.py --out DIR [--cells N] [--withhold] [--table]`.
+"""The part, four ways, on sealed cells: `tests/bench/bench_surface.py --out DIR [--cells N] [--first N] [--withhold] [--table]`.
 
 A cell: all joints yield to gravity and to the force of the cut, beside it one to four effects of `gap.draws`, and a smooth
 discrepancy of 1 to 10 times the instrument's noise that no library has (`gap.field`); nothing of it comes from camrob. It is
@@ -10,6 +10,7 @@ that the CL data's straight moves sweep, at all its points, along its normals. -
 diagnosis lacks one of the effects that are at work (beside compliance) in its library. What could be removed is what the posted
 program leaves beyond what it leaves on a cell with the discrepancy alone. The removal is camrob's (`tests/cutting` holds it to
 hulls and formulas); paths, errors, measurement and what is meant are not.
+--first: the number of the first cell; 1 to 40 are the sealed ones: what is tuned is tuned on others.
 Writes surface.jsonl, which a second run goes on from; --table writes surface_table.md beside this file.
 """
 
@@ -357,6 +358,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--cells", type=int, default=40)
+    parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--withhold", action="store_true")
     parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
@@ -366,7 +368,9 @@ def main() -> None:
             table(read_rows(options.out / "surface.jsonl"))
         )
         return
-    add_rows(options.out / "surface.jsonl", [WITHHELD if options.withhold else FAMILY], options.cells, one)
+    add_rows(
+        options.out / "surface.jsonl", [WITHHELD if options.withhold else FAMILY], options.cells, one, options.first
+    )
 
 
 if __name__ == "__main__":

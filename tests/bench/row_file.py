@@ -16,10 +16,12 @@ def read_rows(file: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in file.read_text().splitlines()] if file.is_file() else []
 
 
-def add_rows(file: Path, families: Iterable[str], draws: int, one: Callable[[str, int, Path], dict[str, Any]]) -> None:
-    """Do `one(family, draw, folder)` for each that the file has no row of, and add its row."""
+def add_rows(
+    file: Path, families: Iterable[str], draws: int, one: Callable[[str, int, Path], dict[str, Any]], first: int = 1
+) -> None:
+    """Do `one(family, draw, folder)` for each draw from the first on that the file has no row of, and add its row."""
     done = {(r["family"], r["draw"]) for r in read_rows(file)}
-    for draw in range(1, draws + 1):
+    for draw in range(first, first + draws):
         for family in families:
             if (family, draw) in done:
                 continue
