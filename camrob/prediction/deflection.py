@@ -73,18 +73,22 @@ def known_compliance(found: FittedUnits | None, model: ErrorModel, constants: Ar
     return known
 
 
-def granted_compliance(cell: Cell, known: Mapping[str, tuple[float, int]], found: FittedUnits | None) -> Granted:
+def granted_compliance(
+    cell: Cell, known: Mapping[str, tuple[float, int]], found: FittedUnits | None, *, assumed: bool = True
+) -> Granted:
     """The arm's axes whose compliance nobody has found, or can't tell from none, and what they are taken to have: what such axes
     have beside those that were found, and where none was, what is ordinary for an arm of its size. Gravity does not load A1 of an
     arm that stands upright, and the wrist's axes hardly: under the arm's own weight their compliance never shows, and yet no gear
     is stiff. Nothing is granted to arms of which no ratio between their axes is known.
+
+    assumed: what is only ordinary counts, too.
     """
     names = cell.names[cell.arm_slice]
     shown = {a: c for a, (c, k) in known.items() if k < 0 or found is None or c > _SHOWN * np.sqrt(found.cov[k, k])}
-    if len(names) != len(COMPLIANCE_RATIO):
-        return Granted({}, 0.0)
     values = np.array([shown.get(name, 0.0) for name in names])
     measured = bool((values > 0.0).any())
+    if len(names) != len(COMPLIANCE_RATIO) or not (measured or assumed):
+        return Granted({}, 0.0)
     beside = compliances_beside(values, 0.0 if measured else ordinary_compliance(cell))
     by_axis = {name: float(c) for name, c in zip(names, beside, strict=True) if name not in shown}
     return Granted(by_axis, 0.0 if measured else _ORDINARY)

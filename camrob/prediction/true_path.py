@@ -22,7 +22,7 @@ from camrob.gap.observation.scene import Scene, axis_values, make_scene
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
-from camrob.prediction.deflection import CAUSE, deflection, granted_compliance, known_compliance
+from camrob.prediction.deflection import CAUSE, Granted, deflection, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 
@@ -77,22 +77,24 @@ def true_path(
     force: CuttingForce | None = None,
     area: Array | None = None,
     cuts: NDArray[np.bool_] | None = None,
+    assumed: bool = True,
 ) -> TruePath:
     """The machine's path on a run of the simulated controller.
 
     cell: with the tool that the program sets. calibration: None for a chain that is as it should be, or as `found` claims that it
     is. found: what the diagnosis claims, None for the calibration's constants alone. rest: m (one direction) that stays
-    unexplained. force: what pushes on the tool, area: (N,) m2 that it cuts; cuts: (N,) where it does, None for everywhere. Raises
-    InputError where the calibration is not that of the diagnosis.
+    unexplained. force: what pushes on the tool, area: (N,) m2 that it cuts; cuts: (N,) where it does, None for everywhere.
+    assumed: see `granted_compliance`. Raises InputError where the calibration is not that of the diagnosis.
     """
     scene = _scene(run, cell)
     model, constants = calibrated_chain(calibration, cell)
     if calibration is None and found is not None:
         model, constants = _claimed_chain(found, cell)
     known = known_compliance(found, model, constants)
+    granted = granted_compliance(scene.cell, known, found, assumed=assumed)
     if found is None:
         path = _calibrated(run, scene, model, constants, rest)
-        return _bent(path, scene, known, np.zeros((0, 0)), force, area, cuts, found)
+        return _bent(path, scene, known, np.zeros((0, 0)), force, area, cuts, granted)
     _same_constants(found, model)
     first = _columns(scene, found)
     moved = np.zeros_like(scene.command)
@@ -131,7 +133,7 @@ def true_path(
         rest=np.full(len(scene), rest),
         not_reckoned=_left(found, first),
     )
-    return _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts, found)
+    return _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts, granted)
 
 
 def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array) -> TruePath:
@@ -162,7 +164,7 @@ def _bent(
     force: CuttingForce | None,
     area: Array | None,
     cuts: NDArray[np.bool_] | None,
-    found: FittedUnits | None,
+    granted: Granted,
 ) -> TruePath:
     """The path with the deflection under the cutting force in it; root: (K, L), its square is the covariance of what was fitted.
 
@@ -171,7 +173,6 @@ def _bent(
     if force is None:
         return path
     pushed = force.in_base(path.ideal, path.t, area)
-    granted = granted_compliance(scene.cell, known, found)
     bent = deflection(scene, pushed if cuts is None else pushed * cuts[:, None], known, granted, force.give)
     spread = path.spread.copy()
     for k, unit in bent.sensitivity.items():

@@ -118,6 +118,9 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
     doubt = path.spread[:, :, -len(own) - 1 - (not measured) :]
     np.testing.assert_allclose(doubt[:, :, 0], 0.1 * bent.twist)
     assert path.granted == tuple(f"A{k + 1}" for k in own)
+    if not measured:  # a correction leaves alone what is only ordinary
+        bare = true_path(run, tooled, found, None, rest=0.0, force=force, assumed=False)
+        assert bare.granted == () and np.linalg.norm(bare.causes[-1].twist[:, :3], axis=1).max() < 4e-6
 
     edge = np.array([1 / generator.DEG] * 6 + [1e3, 1 / generator.DEG])
     axis = run.setpoints(generator.AXES) / edge

@@ -59,12 +59,21 @@ class DiagnosedMachine:
         return MachineRun(self, program, tooled, ran.log, np.asarray(ran.motion), path)
 
     def path(self, log: MeasurementLog, cell: Cell, program: ProgramText, motion: NDArray[np.int64]) -> TruePath:
-        """The machine's path on a run of the virtual controller; the force pushes along lines and arcs that are not too fast."""
+        """The machine's path on a run of the virtual controller; the force pushes along lines and arcs that are not too fast, and
+        bends what was found to yield: a correction takes off nothing that is only ordinary.
+        """
         cuts = np.asarray(program.kind) >= Motion.LIN
         if self.force is not None:
             cuts &= np.asarray(program.speed) <= _AT_SPEED * self.force.fastest
         return true_path(
-            log, cell, self.constants, self.units, rest=self.rest, force=self.force, cuts=np.asarray(cuts[motion])
+            log,
+            cell,
+            self.constants,
+            self.units,
+            rest=self.rest,
+            force=self.force,
+            cuts=np.asarray(cuts[motion]),
+            assumed=False,
         )
 
 
