@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -81,3 +82,24 @@ def test_an_arm_of_seven_axes_is_refused_with_what_to_do(tmp_path: Path) -> None
     with pytest.raises(CellError, match="an arm of 7 axes, and programs are made for six that turn; leave --post out"):
         cell_from_urdf(tmp_path / "seven.urdf", post=True, out=tmp_path)
     assert not (tmp_path / "seven").exists()
+
+
+def test_axes_askew_by_a_file_s_rounding_are_made_square_and_it_is_said(tmp_path: Path) -> None:
+    """1.5708 for pi / 2: common normals of such axes lie hundreds of metres away."""
+    places = ["0 0 0.4", "0.2 0 0", "0 0.6 0", "0 0 0", "0 0.7 0", "0 0 0"]
+    turns = ["0 0 0", "1.5708 0 0", "0 0 0", "0 1.5708 0", "-1.5708 0 0", "1.5708 0 0"]
+    joint = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="{xyz}" rpy="{rpy}"/>'
+        '<axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="2" effort="9"/></joint>'
+        for k, (xyz, rpy) in enumerate(zip(places, turns, strict=True))
+    )
+    link = "".join(f'<link name="l{k}"/>' for k in range(7))
+    (tmp_path / "round.urdf").write_text(f'<robot name="round">{link}{joint}</robot>')
+    made = cell_from_urdf(tmp_path / "round.urdf", post=True, out=tmp_path)
+    text = (tmp_path / "round" / "cell.toml").read_text(encoding="utf-8")
+    lengths = [abs(float(v)) for v in re.findall(r"(?:a|d)_mm = (-?[\d.]+)", text)]
+    assert max(lengths) < 1000.0
+    assert {float(v) % 90.0 for v in re.findall(r"alpha_deg = (-?[\d.]+)", text)} == {0.0}
+    said = [line for line in made.summary.next if "beside the file's" in line]
+    assert len(said) == 1
+    assert 1e-3 < float(re.findall(r"up to ([\d.]+) mm", said[0])[0]) < 0.02

@@ -13,7 +13,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CellError, InputError
 from camrob.jobs.files.files import check_file_name, staged_output
-from camrob.jobs.files.programmed import tables_for_programs
+from camrob.jobs.files.programmed import straightened_by, tables_for_programs
 from camrob.shipped import shipped_cells, shipped_samples
 from camrob.summaries.shipped_summary import (
     CellListSummary,
@@ -22,10 +22,12 @@ from camrob.summaries.shipped_summary import (
     NewCellSummary,
     SamplesSummary,
 )
+from camrob.units import m_to_mm
 
 __all__ = ["CellListResult", "NewCellResult", "SamplesResult", "cell_from_urdf", "list_cells", "new_cell", "samples"]
 
 _NAMED = re.compile(r'^name\s*=\s*("[^"\n]*"|\'[^\'\n]*\')', re.MULTILINE)  # the first is the cell's own
+_TELLING = 1e-6  # m between a URDF's plate and that of its rows, from which on it is said
 _KEPT = (
     ".cls",
     ".stl",
@@ -143,7 +145,7 @@ def cell_from_urdf(
         if post:
             head = "\n".join(lines[:4]) + f"\ntitle = {json.dumps(f'{name}, made from {urdf.name}')}\n"
             (staging / "cell.toml").write_text(head + tables_for_programs(cell, urdf), encoding="utf-8")
-            read_cell(staging)
+            off = straightened_by(cell, read_cell(staging))
     counted = "check that its zeros and senses are those that the controller counts in (signs, offsets_deg of [arm])"
     if post:
         return _made(
@@ -152,12 +154,20 @@ def cell_from_urdf(
                 counted,
                 "HOME, accelerations, tool, load, controller and outputs are assumed: write the machine's own into cell.toml",
                 "no bodies are drawn ([[shape]]), so that no collision is seen yet",
+                *_straightened(off),
             ),
         )
     return _made(
         folder,
         (f"calibrate and diagnose take it as it is; {counted}", "post needs more: --post adds it, at assumed values"),
     )
+
+
+def _straightened(off: float) -> tuple[str, ...]:
+    if off < _TELLING:
+        return ()
+    what = "axes that the file's rounding has askew by less than 0.001 degrees were made square or parallel"
+    return (f"{what}: the plate lies up to {m_to_mm(off):.4f} mm beside the file's",)
 
 
 def _free(out: Path, name: str) -> Path:

@@ -19,7 +19,7 @@ from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.se3 import xyzabc_from_frame
 from camrob.units import deg_to_rad, m_to_mm, rad_to_deg
 
-__all__ = ["tables_for_programs"]
+__all__ = ["straightened_by", "tables_for_programs"]
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,9 @@ standing = "datasheet"
 _WIDE = 2.0 * np.pi, 2.0  # rad, m that an axis without limits goes either way
 _SPEED = deg_to_rad(100.0), 1.0  # rad/s, m/s of an axis that the URDF tells none of
 _QUICK = 3.0  # 1/s: its acceleration, in speeds
+_COMPARED = 500  # postures in which the rows are held to the file
 _DRAWN = 40_000  # postures among which HOME is looked for
+_FROM_LIMITS = 0.05  # of an axis's range that HOME keeps from its ends
 _LEAN = 0.98  # cosine of the plate's lean at HOME at the most
 _HIGH = 0.2  # m of the plate above the robot's foot at HOME at the least
 
@@ -138,6 +140,15 @@ def tables_for_programs(cell: Cell, file: Path) -> str:
     )
 
 
+def straightened_by(measured: Cell, programmed: Cell) -> float:
+    """m that the plate of the cell for programs lies beside the URDF's at the most, where axes were made square or parallel."""
+    n = len(measured)
+    ends = [np.clip(limit, -np.pi, np.pi) for limit in (programmed.q_lower[:n], programmed.q_upper[:n])]
+    q = np.random.default_rng(0).uniform(*ends, (_COMPARED, n))
+    plate = base_T_tool(programmed, np.column_stack([q, np.zeros(_COMPARED)])) @ np.linalg.inv(programmed.flange_T_tool)
+    return float(np.linalg.norm(plate[:, :3, 3] - base_T_tool(measured, q)[:, :3, 3], axis=1).max())
+
+
 def _joint(joint: Joint, row: DhRow, home: float) -> str:
     """One [[joint]]."""
     unit, scale = ("mm", m_to_mm) if joint.prismatic else ("deg", rad_to_deg)
@@ -189,8 +200,9 @@ def _number(value: float) -> str:
 def _home(cell: Cell, length: float) -> Array:
     """The best-conditioned posture (n,) of those drawn in which the plate looks down from a fair height, else of all."""
     part = cell.arm_slice
-    lower = np.maximum(np.where(np.isfinite(cell.q_lower), cell.q_lower, -np.pi), -np.pi)[part]
-    upper = np.minimum(np.where(np.isfinite(cell.q_upper), cell.q_upper, np.pi), np.pi)[part]
+    lower, upper = np.clip(cell.q_lower[part], -np.pi, np.pi), np.clip(cell.q_upper[part], -np.pi, np.pi)
+    inside = _FROM_LIMITS * (upper - lower)
+    lower, upper = lower + inside, upper - inside
     q = np.tile(cell.q_home, (_DRAWN, 1))
     q[:, part] = np.random.default_rng(0).uniform(lower, upper, (_DRAWN, len(lower)))
     plate = base_T_tool(cell, q)

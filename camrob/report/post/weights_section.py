@@ -48,7 +48,7 @@ def weights_chart(cell: Cell, along: Along, path: ToolPathInBase, found: Equilib
     end = float(along.s_mm[-1]) if len(along.s_mm) else 0.0
     layout = {
         "height": 330,
-        "margin": {"l": 64, "r": 16, "t": 24, "b": 46},
+        "margin": {"l": 64, "r": 16, "t": 54, "b": 46},
         "hovermode": "x unified",
         "xaxis": {
             "range": [0.0, end or 1.0],
