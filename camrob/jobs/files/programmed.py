@@ -143,8 +143,8 @@ def tables_for_programs(cell: Cell, file: Path) -> str:
 def straightened_by(measured: Cell, programmed: Cell) -> float:
     """m that the plate of the cell for programs lies beside the URDF's at the most, where axes were made square or parallel."""
     n = len(measured)
-    ends = [np.clip(limit, -np.pi, np.pi) for limit in (programmed.q_lower[:n], programmed.q_upper[:n])]
-    q = np.random.default_rng(0).uniform(*ends, (_COMPARED, n))
+    low, high = (np.clip(limit[:n], -np.pi, np.pi) for limit in (programmed.q_lower, programmed.q_upper))
+    q = np.random.default_rng(0).uniform(low, high, (_COMPARED, n))
     plate = base_T_tool(programmed, np.column_stack([q, np.zeros(_COMPARED)])) @ np.linalg.inv(programmed.flange_T_tool)
     return float(np.linalg.norm(plate[:, :3, 3] - base_T_tool(measured, q)[:, :3, 3], axis=1).max())
 
