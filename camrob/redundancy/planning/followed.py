@@ -27,12 +27,14 @@ _ROOM = 1e-4  # rad or m that the plan lies inside the margins where the followe
 _HELD_STEP = 0.05  # rad or m between the postures that are checked where a pose is held while external axes move
 _HELD_JUMP = 0.35  # rad that an arm's joint may move between them
 _NEAR, _GAIN, _WOUND = 0.15, 0.1, 0.5  # shares of an axis's range: near a limit, room gained, a whole way back
+_TORN = 0.9  # rad that A1 to A3 move at most between the waypoints of the search, which lie no nearer than the plan's
 _LEG = 0.5  # rad or m of a freedom in one of the moves that a held revision is made of
 
 
 class Followed(NamedTuple):
     """Postures q (N, n), 1/k_F (N,) along a path, and its re-postures; stuck: the path point at which the follower could not
-    follow the plan, -1 where it could, and why. What lies behind that point is without meaning.
+    follow the plan, -1 where it could, and why. What lies behind that point is without meaning. torn: what the arm's closed form
+    calls one branch is several along the plan, so that there is nothing to follow.
     """
 
     q: Array
@@ -40,6 +42,7 @@ class Followed(NamedTuple):
     revisions: tuple[Revision, ...]
     stuck: int = -1
     why: JobError | None = None
+    torn: bool = False
 
 
 def follow_plan(
@@ -49,6 +52,10 @@ def follow_plan(
 
     `still` locks the external axes to the draft's. margin (n,): what the joints keep from their limits, where the draft does.
     """
+    tear = _tear(space, draft)
+    if tear is not None:
+        at, why = int(w.point[draft.index[tear[0]]]), _torn_arm(cell, path, *tear, w, draft)
+        return Followed(np.empty((0, len(cell))), np.empty(0), (), at, why, torn=True)
     follower = PathFollower(cell, path, weighting=even_weights(cell))
     locked = np.zeros(len(cell), np.bool_)
     if still:
@@ -85,6 +92,29 @@ def follow_plan(
             return Followed(q, inv_kf, tuple(revisions), attempt.failure.point, follower.explain(attempt.failure))
         q[first:stop], inv_kf[first:stop] = attempt.q, attempt.inv_kf
     return Followed(q, inv_kf, tuple(revisions))
+
+
+def _tear(space: PlanSpace, draft: Draft) -> tuple[int, int] | None:
+    """The waypoint of a draft and which of A1 to A3 jumps most on the way there, on one branch by name; None where none does.
+
+    The rows of `solve_screws` keep no order along a path where the first three axes neither meet nor are parallel.
+    """
+    if space.screws is None or len(draft) < 2:
+        return None
+    moved = np.abs(np.diff(draft.q[:, :3], axis=0)) * draft.joined[1:, None]
+    k, axis = np.unravel_index(int(np.argmax(moved)), moved.shape)
+    return (int(k) + 1, int(axis)) if moved[k, axis] > _TORN else None
+
+
+def _torn_arm(cell: Cell, path: ToolPathInBase, k: int, axis: int, w: Waypoints, draft: Draft) -> JobError:
+    point, moved = int(w.point[draft.index[k]]), float(rad_to_deg(abs(draft.q[k, axis] - draft.q[k - 1, axis])))
+    name = cell.axis_names[axis]
+    return JobError(
+        f"this arm's postures can't be told apart along the path ({name} jumps by {moved:.0f} degrees within what should be one "
+        "branch), as where the first three axes neither meet nor are parallel: no plan can be made for such an arm yet",
+        line=int(path.line[point]),
+        axis=name,
+    )
 
 
 def _bounds(cell: Cell, space: PlanSpace, draft: Draft, margin: Array) -> tuple[Array, Array]:

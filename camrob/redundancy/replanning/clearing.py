@@ -97,7 +97,7 @@ def _mended(
         report_share(0.95)
         if found.solution is not None and not len(found.point):
             return _Mended(plan, found, found.solution, again, whole, tuple(lines), count)
-        if again == rounds:
+        if again == rounds or not len(found.point):
             break
         lines += [int(v) for v in path.line[found.point]]
         count += found.count
@@ -179,6 +179,8 @@ def _looked_at(task: Task, path: ToolPathInBase, plan: Plan, obstacles: Obstacle
     """The plan followed, and held against what it may not touch."""
     followed = followed_plan(task, path, plan)
     none = np.zeros(0, np.int64)
+    if followed.torn:  # nothing that could be forbidden mends that
+        return _Found(path, None, followed.why, np.empty((0, 6)), none, 0)
     if followed.stuck >= 0:
         w, draft = plan.land.w, plan.taken.draft
         k = int(np.argmin(np.abs(w.s[draft.index] - w.place[followed.stuck])))
@@ -259,8 +261,9 @@ def _another(
             return _reported(given, other, other.solution)
         found = other if found.solution is None else found
     if found.solution is None:
-        reason = found.why.what if found.why is not None else ""
-        why = f"the follower could not follow the plan, nor {_ROUNDS} more made anew where it failed ({reason})"
+        why = found.why.what if found.why is not None else ""
+        if len(found.point):
+            why = f"the follower could not follow the plan, nor {_ROUNDS} more made anew where it failed ({why})"
         return published(task.cell, given, why, report_share)
     return _reported(given, found, found.solution)
 
