@@ -111,7 +111,7 @@ def _torn_arm(cell: Cell, path: ToolPathInBase, k: int, axis: int, w: Waypoints,
     name = cell.axis_names[axis]
     return JobError(
         f"this arm's postures can't be told apart along the path ({name} jumps by {moved:.0f} degrees within what should be one "
-        "branch), as where the first three axes neither meet nor are parallel: no plan can be made for such an arm yet",
+        "branch), as where the first three axes neither meet nor are parallel, so that no plan can be made; use --method vjm",
         line=int(path.line[point]),
         axis=name,
     )
