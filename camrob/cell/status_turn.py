@@ -17,6 +17,8 @@ __all__ = ["StatusTurn"]
 
 Array = NDArray[np.float64]
 
+_CHUNK = 50_000  # postures whose rotations are held at a time
+
 
 @dataclass(frozen=True)
 class StatusTurn:
@@ -70,6 +72,12 @@ class StatusTurn:
 
     def status(self, axes_deg: Array) -> NDArray[np.int16]:
         """S (N,) of axis values (N, 6), degrees."""
+        out = np.empty(len(axes_deg), np.int16)
+        for start in range(0, len(axes_deg), _CHUNK):
+            out[start : start + _CHUNK] = self._status(axes_deg[start : start + _CHUNK])
+        return out
+
+    def _status(self, axes_deg: Array) -> NDArray[np.int16]:
         q = self._signs * (deg_to_rad(axes_deg) - self._offsets)
         turn3 = rotation_exp(q[:, 2:3] * self._h[2])
         turn2 = rotation_exp(q[:, 1:2] * self._h[1])

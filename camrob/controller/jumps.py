@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 TIMES_TOP_SPEED = 10.0  # near singular postures a sound program asks for several times an axis's top speed
 REVOLUTE_SLACK = 0.0873  # rad (5 degrees) that an axis may move whatever the motion's time
 PRISMATIC_SLACK = 0.03  # m, likewise
+_CHUNK = 50_000  # motions whose turns are worked out at a time
 MOST_TURN = 3.32  # rad (190 degrees) that an external axis may turn within one motion: the short way is always less
 
 
@@ -78,7 +79,10 @@ def _time(program: ProgramText, replay: Replay, rows: NDArray[np.int64]) -> Arra
     """Seconds (K,) that motions take at the program's speed, or that the tool's turn takes at the cell's."""
     poses = np.asarray(replay.base_T_tool)
     length = np.linalg.norm(poses[rows, :3, 3] - poses[rows - 1, :3, 3], axis=1)
-    turn = angle_between(poses[rows - 1, :3, :3], poses[rows, :3, :3])
+    turn = np.empty(len(rows))
+    for start in range(0, len(rows), _CHUNK):
+        here = rows[start : start + _CHUNK]
+        turn[start : start + _CHUNK] = angle_between(poses[here - 1, :3, :3], poses[here, :3, :3])
     turning = float(deg_to_rad(replay.cell.controller.vel_ori_deg_s))
     speed = np.nan_to_num(np.asarray(program.speed)[rows])
     return np.asarray(np.maximum(length / np.maximum(speed, 1e-6), turn / turning))

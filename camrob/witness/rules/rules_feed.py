@@ -100,18 +100,21 @@ def axis_speed_objections(match: Match, story: Story, run: Run, most: Array) -> 
     step = np.linalg.norm(np.diff(run.path.tip, axis=0, prepend=np.nan), axis=1)
     radius = np.linalg.norm(run.path.tip - run.path.center, axis=1)
     length = np.where(np.isnan(run.path.angle), step, radius * np.nan_to_num(run.path.angle))
-    turned = np.abs(np.diff(run.axes, axis=0, prepend=np.nan))
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = turned / most * (run.speed / length)[:, None]
-    share[run.ptp | ~(length > _SHORT)] = 0.0
-    share = np.nan_to_num(share, posinf=0.0)
-    cut = np.zeros(len(run), dtype=bool)
-    cut[match.pairs[_cuts(match, story), 0]] = True
-    for k, name in enumerate(run.axis_names):
-        rows = np.flatnonzero(share[:, k] > np.where(cut, _AXES, _IN_AIR))
+        pace = run.speed / length
+    still = run.ptp | ~(length > _SHORT)
+    allowed = np.full(len(run), _IN_AIR)
+    allowed[match.pairs[_cuts(match, story), 0]] = _AXES
+    for k, name in enumerate(run.axis_names):  # one at a time, for a long program's memory
+        turned = np.abs(np.diff(run.axes[:, k], prepend=np.nan))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = turned / most[k] * pace
+        share[still] = 0.0
+        share = np.nan_to_num(share, posinf=0.0)
+        rows = np.flatnonzero(share > allowed)
         if len(rows):
-            worst = int(rows[np.argmax(share[rows, k])])
-            line, needed = int(run.path.line[worst]), float(share[worst, k] * most[k])
+            worst = int(rows[np.argmax(share[rows])])
+            line, needed = int(run.path.line[worst]), float(share[worst] * most[k])
             text = f"line {line} of the program: {name} would have to run at {needed:.0f} a second, and runs at {most[k]:.0f}"
             yield Objection(
                 "axis-speed", text, line=line, file=int(run.file[worst]), axis=name, value=needed, limit=float(most[k])
