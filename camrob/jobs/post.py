@@ -21,7 +21,7 @@ from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.attempt import Made, Order, fit
 from camrob.jobs.release.opinion import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
-from camrob.jobs.release.refusal import as_planned
+from camrob.jobs.release.refusal import as_planned, past_limit
 from camrob.jobs.release.saved import save_path, save_summary
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 
 FEEDS = ("program", "optimal")
 _NAME = 24  # characters of a program's name that every controller takes
+_ROUNDS, _FURTHER = 4, 1.5  # of solving again; times what an axis passed its limit by
 _ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
 
@@ -201,10 +202,8 @@ def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> 
         ways = [*((order.sought, way) for way in tuple(METHODS[order.method])[:_ACCURATE_WAYS]), *ways]
     clock = Clock(order.seconds)
     for sought, way in ways:
-        with watch.stage("resolve"):
-            resolved = resolve_job(inputs, order.method, way, watch.share, order.device, sought, clock.left)
         try:
-            made = fit(order, resolved, folder, watch)
+            made = _fit_within_limits(order, inputs, sought, way, folder, watch, clock)
         except (CollisionError, VerificationError) as error:
             first = first or error
             continue
@@ -215,6 +214,32 @@ def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> 
         return made
     first = first or VerificationError(f"method {order.method} has no variant to try")
     raise as_planned(first) if order.method == "planned" else first
+
+
+def _fit_within_limits(
+    order: Order, inputs: JobInputs, sought: Sought | None, way: str, folder: Path, watch: Watch, clock: Clock
+) -> Made:
+    """A program by one way, solved again, further from the limits that its axes pass between two points, where they do."""
+    further: dict[str, float] = {}
+    for _ in range(_ROUNDS):
+        with watch.stage("resolve"):
+            resolved = resolve_job(
+                inputs, order.method, way, watch.share, order.device, sought, clock.left, further=further
+            )
+        try:
+            made = fit(order, resolved, folder, watch)
+        except VerificationError as error:
+            over = past_limit(error)
+            if not over or way != "published":
+                raise
+            further[error.axis] = further.get(error.axis, 0.0) + _FURTHER * over
+            stopped = error
+            continue
+        for axis in further:
+            text = f"{axis} was kept further from its limit, which it passed between points that keep it"
+            made.findings.append(Finding("kept-from-limit", text, Severity.INFO, axis=axis))
+        return made
+    raise stopped
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:

@@ -11,8 +11,9 @@ from camrob.findings import Finding
 from camrob.program.language import Language
 from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
+from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["advice", "as_planned", "refusal", "refusal_unread"]
+__all__ = ["advice", "as_planned", "past_limit", "refusal", "refusal_unread"]
 
 _PLAN = " or post with --method planned"
 _PLACE = f"place the part elsewhere (camrob place){_PLAN}"
@@ -40,6 +41,14 @@ def advice(code: str) -> str:
 def as_planned(error: JobError) -> JobError:
     """The error for a job that was posted with --method planned: that is no advice any more."""
     return error.but(error.what.replace(_PLAN, ""))
+
+
+def past_limit(error: VerificationError) -> float:
+    """rad or m by which an axis passes its limit between two points, where that stopped the release; else 0."""
+    known = {"degrees": deg_to_rad, "mm": mm_to_m}
+    if not error.axis or error.value is None or error.limit != 0.0 or error.unit not in known:
+        return 0.0
+    return float(known[error.unit](error.value))
 
 
 def refusal(finding: Finding, program: Program, text: ProgramText | None) -> VerificationError:

@@ -66,11 +66,13 @@ def resolve_job(
     device: str = "cpu",
     sought: Sought | None = None,
     seconds: float | None = None,
+    further: Mapping[str, float] | None = None,
 ) -> ResolvedJob:
     """A solution by one of METHODS' ways, held to its promise by forward kinematics; the stretches between tool changes one
     after the other.
 
-    sought: what a plan for accuracy goes by; seconds: how long plans are bettered, shared out by points. Raises JobError and its
+    sought: what a plan for accuracy goes by; seconds: how long plans are bettered, shared out by points; further: by joint, what
+    the published method keeps from its limits. Raises JobError and its
     kin, VerificationError where the promise is broken.
     """
     resolve = METHODS[method][way]
@@ -86,7 +88,7 @@ def resolve_job(
 
         try:
             own = None if seconds is None else seconds * (where.stop - where.start) / total
-            solution = _solved(here, resolve, share, device, sought, own)
+            solution = _solved(here, resolve, share, device, sought, own, further)
         except JobError as e:
             raise with_a_place(named_region(e, inputs), inputs, planned=resolve is not resolve_vjm) from None
         path = here.path if solution.path is None else solution.path
@@ -110,10 +112,11 @@ def _solved(
     device: str,
     sought: Sought | None,
     seconds: float | None,
+    further: Mapping[str, float] | None,
 ) -> Solution:
     """The solution of one stretch."""
     if resolve is resolve_vjm:
-        return resolve_vjm(inputs.cell, inputs.path, progress=progress)
+        return resolve_vjm(inputs.cell, inputs.path, further=further, progress=progress)
     score = batch_score(inputs.cell, device)
     errors = None
     if sought is not None:

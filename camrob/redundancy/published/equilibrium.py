@@ -19,8 +19,7 @@ from camrob.frozen import locked
 from camrob.kinematics.frames import tool_jacobians
 from camrob.redundancy.fuzzy.surfaces import WeightSurface
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.published.own_limits import own_limits
-from camrob.redundancy.published.virtual_joint import held_joints
+from camrob.redundancy.published.own_limits import held_joints, own_limits
 from camrob.redundancy.published.weighting import engine_weighting
 from camrob.redundancy.solution import Solution
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
@@ -13,7 +14,6 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.compiled import kernel
 from camrob.errors import JobError
-from camrob.findings import Finding, Severity
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays
@@ -22,13 +22,14 @@ from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FOLLOWED, FollowerSettings, FollowState, follow_path
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
-from camrob.redundancy.published.own_limits import own_limits
+from camrob.redundancy.published.own_limits import held_joints, own_limits
+from camrob.redundancy.published.remarks import moved_in_holes, remarks
 from camrob.redundancy.published.revision import revise_posture
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
 from camrob.se3 import pose
 
-__all__ = ["Attempt", "Failure", "PathFollower", "held_joints", "postures_along", "resolve_vjm"]
+__all__ = ["Attempt", "Failure", "PathFollower", "postures_along", "resolve_vjm"]
 
 Array = NDArray[np.float64]
 
@@ -45,19 +46,21 @@ def resolve_vjm(
     *,
     weighting: Weighting | None = None,
     revise: bool = True,
+    further: Mapping[str, float] | None = None,
     progress: Share | None = None,
 ) -> Solution:
     """Postures along a path by the published method (eq. 12, 15 to 20; section 3.2), starting at HOME.
 
     `weighting` stands in for the cell's engines, `revise` False leaves the posture alone between regions (for comparison). A
     revision is kept only if the region, tried to its end both ways, does not have a lower minimum of 1/k_F with it. After a
-    revision the external axes are held where it left them: the reference posture is the arm's.
+    revision the external axes are held where it left them: the reference posture is the arm's. further: by joint, rad and m that
+    it keeps from its limits, where it passed them between two points.
     Raises UnreachableError, LimitError or SingularError with line, region, axis and distance.
     """
     q, inv_kf, revisions = postures_along(
-        PathFollower(cell, path, weighting=weighting), revise=revise, progress=progress
+        PathFollower(cell, path, weighting=weighting, further=further), revise=revise, progress=progress
     )
-    findings = (*_findings(revisions, path), *_moved_in_holes(cell, path, q))
+    findings = (*remarks(revisions, path), *moved_in_holes(cell, path, q))
     return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), findings)
 
 
@@ -213,30 +216,6 @@ def _least(attempt: Attempt) -> float:
     return float(np.min(attempt.inv_kf, initial=np.inf))
 
 
-def _findings(revisions: list[Revision], path: ToolPathInBase) -> tuple[Finding, ...]:
-    return tuple(
-        Finding("revision-kept", f"posture revised: 1/k_F {r.inv_kf_before:.3f} to {r.inv_kf_after:.3f}", Severity.INFO,
-                line=int(path.line[min(r.point + 1, len(path) - 1)]), region=r.region, point=r.point)
-        for r in revisions if r.kept
-    )  # fmt: skip
-
-
-def _moved_in_holes(cell: Cell, path: ToolPathInBase, q: Array) -> tuple[Finding, ...]:
-    """Holes and short retracts that the arm could not make alone, as one finding with the first of them."""
-    external = [*cell.indices(Role.WORKPIECE), *cell.indices(Role.CARRIAGE)]
-    moved = np.flatnonzero(path.along_axis[1:] & (np.diff(q[:, external], axis=0) != 0.0).any(axis=1)) + 1
-    if not len(moved):
-        return ()
-    text = "an external axis moves in a hole or a short retract: the arm alone does not reach all of it"
-    k = int(moved[0])
-    return (Finding("external-axis-in-hole", text, line=int(path.line[k]), region=int(path.region[k]), point=k),)
-
-
-def held_joints(cell: Cell) -> NDArray[np.bool_]:
-    """(n,) True for joints that may move in void motions only: the table where the controller's base doesn't follow it."""
-    return np.array([j.role is Role.WORKPIECE and not cell.base_follows_table for j in cell.joints])
-
-
 @kernel(nogil=True)
 def _self_motion_bounds(
     points: Array, axes: Array, feed: Array, where: NDArray[np.int64], slides: NDArray[np.bool_], length: float,
@@ -262,8 +241,16 @@ def _self_motion_bounds(
 class PathFollower:
     """The follower bound to a cell and a path; every call takes and gives states, nothing is kept between calls."""
 
-    def __init__(self, cell: Cell, path: ToolPathInBase, *, weighting: Weighting | None = None) -> None:
+    def __init__(
+        self,
+        cell: Cell,
+        path: ToolPathInBase,
+        *,
+        weighting: Weighting | None = None,
+        further: Mapping[str, float] | None = None,
+    ) -> None:
         self.cell, self.path = cell, path
+        self._kept = own_limits(cell, further)
         self.chain = chain_arrays(cell)
         self.arm = Arm.of(cell)
         self._still = path.along_axis
@@ -275,7 +262,7 @@ class PathFollower:
         """Take other weights from now on."""
         cell = self.cell
         self.settings = FollowerSettings(
-            *own_limits(cell),
+            *self._kept,
             cell.endless,
             weighting.joint,
             weighting.condition,

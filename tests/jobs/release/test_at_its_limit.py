@@ -34,3 +34,17 @@ def test_a_part_that_takes_the_first_axis_to_its_limit_is_posted_by_the_spare_fr
     )
     assert "\nCIRC " not in (tmp_path / "out" / "engraving.src").read_text(encoding="ascii")
     assert result.summary.limits.violations == 0  # along the whole text, between its points too
+
+
+def test_an_axis_that_passes_its_limit_on_a_line_is_kept_further_from_it(tmp_path: Path) -> None:
+    narrow = tmp_path / "cell"
+    shutil.copytree(CELL, narrow, ignore=shutil.ignore_patterns("golden", "poses.csv"))
+    text = (narrow / "cell.toml").read_text(encoding="utf-8")
+    assert text.count("range_deg = [-120, 160]") == 1
+    (narrow / "cell.toml").write_text(text.replace("[-120, 160]", "[-120, 125]"), encoding="utf-8")
+    result = post(ENGRAVING, cell=narrow, out=tmp_path / "out", report=False)
+    said = [f.text for f in result.findings if f.code == "kept-from-limit"]
+    assert said == ["A3 was kept further from its limit, which it passed between points that keep it"]
+    least = result.summary.limits.margin_min["A3"]
+    assert least is not None
+    assert 0.0 < least < 0.3  # degrees, along the whole text: no further than it has to be
