@@ -19,9 +19,8 @@ _INSIDE = 1e-3, 1e-4  # rad, m; seen where A1 stood at its limit along arcs cut 
 
 
 def own_limits(cell: Cell, further: Mapping[str, float] | None = None) -> tuple[Array, Array]:
-    """Lower and upper (n,) that the follower keeps, rad and m, a little inside: between two points at a limit an axis runs past it.
-
-    further: by joint, what it keeps from its limits beside that.
+    """Lower and upper (n,) that the follower keeps, rad and m: a little inside, for an axis runs past its limit between points
+    at it. further: by joint, what it keeps from its limits beside that.
     """
     inside = np.array([_INSIDE[j.prismatic] + (further or {}).get(j.name, 0.0) for j in cell.joints])
     inside = np.minimum(inside, 0.25 * (cell.q_upper - cell.q_lower))

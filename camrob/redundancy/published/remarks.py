@@ -11,12 +11,13 @@ from camrob.findings import Finding, Severity
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Revision
 
-__all__ = ["moved_in_holes", "remarks"]
+__all__ = ["kept_revisions", "moved_in_holes"]
 
 Array = NDArray[np.float64]
 
 
-def remarks(revisions: list[Revision], path: ToolPathInBase) -> tuple[Finding, ...]:
+def kept_revisions(revisions: list[Revision], path: ToolPathInBase) -> tuple[Finding, ...]:
+    """Each revision that was kept, with what it made of 1/k_F."""
     return tuple(
         Finding("revision-kept", f"posture revised: 1/k_F {r.inv_kf_before:.3f} to {r.inv_kf_after:.3f}", Severity.INFO,
                 line=int(path.line[min(r.point + 1, len(path) - 1)]), region=r.region, point=r.point)

@@ -23,7 +23,7 @@ from camrob.redundancy.following.follower import FOLLOWED, FollowerSettings, Fol
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
 from camrob.redundancy.published.own_limits import held_joints, own_limits
-from camrob.redundancy.published.remarks import moved_in_holes, remarks
+from camrob.redundancy.published.remarks import kept_revisions, moved_in_holes
 from camrob.redundancy.published.revision import revise_posture
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
@@ -60,7 +60,7 @@ def resolve_vjm(
     q, inv_kf, revisions = postures_along(
         PathFollower(cell, path, weighting=weighting, further=further), revise=revise, progress=progress
     )
-    findings = (*remarks(revisions, path), *moved_in_holes(cell, path, q))
+    findings = (*kept_revisions(revisions, path), *moved_in_holes(cell, path, q))
     return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), findings)
 
 
