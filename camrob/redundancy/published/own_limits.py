@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.frozen import locked
 
 __all__ = ["held_joints", "own_limits"]
 
@@ -24,10 +23,7 @@ def own_limits(cell: Cell, further: Mapping[str, float] | None = None) -> tuple[
     """
     inside = np.array([_INSIDE[j.prismatic] + (further or {}).get(j.name, 0.0) for j in cell.joints])
     inside = np.minimum(inside, 0.25 * (cell.q_upper - cell.q_lower))
-    count = (len(cell),)
-    return locked(cell.q_lower + inside, shape=count, name="lower"), locked(
-        cell.q_upper - inside, shape=count, name="upper"
-    )
+    return cell.q_lower + inside, cell.q_upper - inside
 
 
 def held_joints(cell: Cell) -> NDArray[np.bool_]:

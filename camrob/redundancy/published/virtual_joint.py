@@ -22,8 +22,8 @@ from camrob.redundancy.following.failure import explain_failure
 from camrob.redundancy.following.follower import FOLLOWED, FollowerSettings, FollowState, follow_path
 from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
+from camrob.redundancy.published.kept_and_moved import kept_revisions, moved_in_holes
 from camrob.redundancy.published.own_limits import held_joints, own_limits
-from camrob.redundancy.published.remarks import kept_revisions, moved_in_holes
 from camrob.redundancy.published.revision import revise_posture
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
