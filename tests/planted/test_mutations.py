@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import camrob.jobs.post as job
+import camrob.jobs.release.attempt as job
 import camrob.languages.krl.writer.write_krl as krl_writer
 from camrob import post
 from camrob.errors import VerificationError

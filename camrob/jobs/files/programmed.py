@@ -84,7 +84,6 @@ payload_kg = 5
 standing = "assumed"
 {masses}
 [controller]
-dialect = "krl"
 acc_cp_m_s2 = 2
 vel_ori_deg_s = 200
 acc_ori_deg_s2 = 400
