@@ -97,9 +97,9 @@ def _noted(written: dict[str, bytes], expected: Mapping[str, bytes] | None) -> I
 
     Raises _SameBytes where all of a program has been written, it is `expected`, and its checks would begin.
     """
-    from camrob.jobs import post
+    from camrob.jobs.release import attempt
 
-    real, checks = Path.write_bytes, post.read_back
+    real, checks = Path.write_bytes, attempt.read_back
 
     def write_bytes(self: Path, data: Any) -> int:
         if self.suffix in (".src", ".dat"):
@@ -114,9 +114,9 @@ def _noted(written: dict[str, bytes], expected: Mapping[str, bytes] | None) -> I
         return checks(*arguments, **named)
 
     Path.write_bytes = write_bytes  # type: ignore[method-assign]
-    post.read_back = read_back
+    attempt.read_back = read_back
     try:
         yield
     finally:
         Path.write_bytes = real  # type: ignore[method-assign]
-        post.read_back = checks
+        attempt.read_back = checks
