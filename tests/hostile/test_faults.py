@@ -289,7 +289,7 @@ def test_an_interrupted_terminal(inputs: Path, tmp_path: Path) -> None:
     """Ctrl-C, a hang-up and a request to end, while the command runs: its status says so, and nothing is left."""
     for how, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
         program = (
-            "import sys, os, camrob.jobs.post as job\n"
+            "import sys, os, camrob.jobs.release.attempt as job\n"
             "from camrob.cli import app as cli\n"
             "job.read_back = lambda *a: (print('now', flush=True), __import__('time').sleep(60))\n"
             "sys.exit(cli.run(sys.argv[1:]))\n"
