@@ -173,12 +173,13 @@ def _joint_of(element: ElementTree.Element, name: str, before: Array) -> Joint:
     turned = np.eye(4)
     turned[:3, :3] = rotation_exp(across / size * angle if size > 0.0 else np.array([angle, 0.0, 0.0]))
     limit, kind = element.find("limit"), element.get("type")
-    ends = {}
+    known = {}
     if limit is not None and kind != "continuous" and "lower" in limit.attrib and "upper" in limit.attrib:
-        ends = {side: _finite(limit.attrib[side]) for side in ("lower", "upper")}
-    if limit is not None and _finite(limit.get("velocity", "0")) > 0.0:
-        ends["speed"] = _finite(limit.get("velocity", "0"))
-    return Joint(name, Role.ARM, kind == "prismatic", before @ turned, turned.T, **ends)
+        known = {side: _finite(limit.attrib[side]) for side in ("lower", "upper")}
+    speed = 0.0 if limit is None else _finite(limit.get("velocity", "0"))
+    if speed > 0.0:
+        known["speed"] = speed
+    return Joint(name, Role.ARM, kind == "prismatic", before @ turned, turned.T, **known)
 
 
 def _mass_of(link: ElementTree.Element, after: str, moved_T_link: Array) -> list[PointMass]:

@@ -24,9 +24,8 @@ Array = NDArray[np.float64]
 CAUSE = "deflection under the cutting force"
 GRANTED = 1.0 / 3.0**0.5
 """Standard deviation of a compliance that nobody measured, of itself: anything from none to twice as much is as likely."""
-_ORDINARY = float(
-    np.log(2.0)
-)  # the same, of all axes together: gears of an arm's size give half or twice what is ordinary
+# the same, of all axes together: gears of an arm's size give half or twice what is ordinary
+_ORDINARY = float(np.log(2.0))
 _SHOWN = 2.0  # standard errors from which a compliance is told from none
 _FORCE, _GRAVITY, _BY_AXES = "cutting_force", "joint_compliance", "axes"
 

@@ -16,16 +16,15 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
 import re
-import shutil
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1]), str(HERE.parent)]  # this checkout's camrob, whichever is installed
+
+from scratch import one_thread, scratch_folder  # noqa: E402
 
 
 def main() -> int:
@@ -34,14 +33,9 @@ def main() -> int:
     parser.add_argument("--only", default="", help="faults in whose name or file this is found (a regular expression)")
     parser.add_argument("--everywhere", action="store_true", help="on every job of the bench that is no slow one")
     options = parser.parse_args()
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    memory = Path("/dev/shm")
-    root = Path(tempfile.mkdtemp(prefix="faults", dir=memory if os.access(memory, os.W_OK) else None))
-    try:
+    one_thread()
+    with scratch_folder("faults") as root:
         return _run(options, root)
-    finally:
-        shutil.rmtree(root, ignore_errors=True)
 
 
 def _run(options: argparse.Namespace, root: Path) -> int:

@@ -12,7 +12,6 @@ program is wrong, or a file is refused that shouldn't be.
 from __future__ import annotations
 
 import argparse
-import os
 import random
 import shutil
 import sys
@@ -23,6 +22,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1])]  # this checkout's camrob, whichever is installed
+
+from scratch import one_thread  # noqa: E402
+
 # what a drawn job may run into for a reason of its own: the arm's reach, its limits, an axis that can't follow, its bodies
 RIGHTLY = ("can't be reached", "limit", "faster than", "would have to run at", "touches")
 NEVER = ("fault of camrob", "error in camrob")
@@ -36,8 +38,7 @@ def main() -> int:
     parser.add_argument("--dialects", nargs="*")
     parser.add_argument("--show", help="dialect/seed")
     options = parser.parse_args()
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    one_thread()
     from legal.dialects import DIALECTS
 
     cases = [(d, options.seed + k) for k in range(options.count) for d in options.dialects or DIALECTS]

@@ -10,8 +10,6 @@ Exit status 1 where a mutant is released and wrong, or a job of the bench comes 
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
 import sys
 import tempfile
 import time
@@ -19,6 +17,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1])]  # this checkout's camrob, whichever is installed
+
+from scratch import one_thread, scratch_folder  # noqa: E402
 
 
 def main() -> int:
@@ -42,19 +42,14 @@ def main() -> int:
     parser.add_argument("--baseline", action="store_true", help="only the jobs without any mutant")
     parser.add_argument("--table", action="store_true", help="write the table of the results and end")
     options = parser.parse_args()
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    one_thread()
     from mutation import report
 
     if options.table:
         report.write(options.results, report.TABLE)
         return 0
-    memory = Path("/dev/shm")
-    root = Path(tempfile.mkdtemp(prefix="mutants", dir=memory if os.access(memory, os.W_OK) else None))
-    try:
+    with scratch_folder("mutants") as root:
         return _run(options, root)
-    finally:
-        shutil.rmtree(root, ignore_errors=True)
 
 
 def _run(options: argparse.Namespace, root: Path) -> int:

@@ -11,8 +11,6 @@ Exit status 1 where a fault passes or a legal rewrite is refused.
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
 import sys
 import tempfile
 import time
@@ -20,6 +18,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
+
+from scratch import one_thread, scratch_folder  # noqa: E402
 
 
 def main() -> int:
@@ -35,19 +35,14 @@ def main() -> int:
     parser.add_argument("--go-on", action="store_true", help="without those that the results have")
     parser.add_argument("--table", action="store_true", help="write the table of the results and end")
     options = parser.parse_args()
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    one_thread()
     from text_faults import report
 
     if options.table:
         report.write(options.results, HERE / "text_faults_table.md")
         return 0
-    memory = Path("/dev/shm")
-    folder = Path(tempfile.mkdtemp(prefix="text_faults", dir=memory if os.access(memory, os.W_OK) else None))
-    try:
+    with scratch_folder("text_faults") as folder:
         return _run(options, folder)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _run(options: argparse.Namespace, folder: Path) -> int:

@@ -123,10 +123,8 @@ def _clearer(model: Model, effect: Effect, replaced: Collection[str]) -> float:
 
 def _more_squares(panel: Panel, mean: Array, back: Array) -> float:
     """By how many weighed squares more is left at the drives with `back` (N, k) put back, where that is known."""
-    if panel.y_servo is None or panel.w_servo is None:
-        raise ValueError("a log without set-points or encoders tells no drive's error")
-    left = panel.y_servo - panel.errors(mean)
-    return float(np.nansum(((left + back) ** 2 - left**2) * panel.w_servo**2))
+    left = _gap_of(panel) - panel.errors(mean)
+    return float(np.nansum(((left + back) ** 2 - left**2) * _weights(panel) ** 2))
 
 
 def any_course(model: Model, names: Collection[str]) -> frozenset[str]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from camrob.bodies.bodies import JOB_GROUPS
 from camrob.cell.cell import Cell
-from camrob.checks.collision_report import CollisionReport
 from camrob.checks.collisions import check_collisions
 from camrob.errors import CollisionError
 from camrob.jobs.files.inputs import JobInputs
@@ -16,34 +17,23 @@ __all__ = ["demand_free_home", "touches_at_home"]
 
 def touches_at_home(cell: Cell) -> tuple[str, ...]:
     """What of a cell touches at its HOME, a sentence for each two groups of bodies: no place of a part can help then."""
-    if not cell.shapes:
-        return ()
-    report = check_collisions(cell, cell.q_home[None], cutting=[False], line=[0], region=[-1])
-    return tuple(f"{touch}: {cure}" for touch, cure in _touches(report))
+    return tuple(f"{touch}: {cure}" for touch, cure in _touches(cell))
 
 
 def demand_free_home(inputs: JobInputs) -> None:
     """Raise CollisionError where the cell with one of the job's tools, the part and the stock touches something at HOME."""
+    base_T_part = np.asarray(inputs.setup.base_T_part)
     for held in inputs.mounted:
-        if not held.cell.shapes:
-            continue
-        report = check_collisions(
-            held.cell,
-            held.cell.q_home[None],
-            cutting=[False],
-            line=[0],
-            region=[-1],
-            part_mesh=inputs.part,
-            stock_mesh=inputs.stock,
-            base_T_part=np.asarray(inputs.setup.base_T_part),
-            tool=held.tool,
-        )
-        for touch, cure in _touches(report):
+        job = {"part_mesh": inputs.part, "stock_mesh": inputs.stock, "base_T_part": base_T_part, "tool": held.tool}
+        for touch, cure in _touches(held.cell, **job):
             raise CollisionError(f"the program was not released: {touch}; {cure}")
 
 
-def _touches(report: CollisionReport) -> list[tuple[str, str]]:
-    """What touches and what to do, for the first pair of bodies of each two groups."""
+def _touches(cell: Cell, **job: Any) -> list[tuple[str, str]]:
+    """What touches and what to do, for the first pair of bodies of each two groups; job: as `check_collisions` takes it."""
+    if not cell.shapes:
+        return []
+    report = check_collisions(cell, cell.q_home[None], cutting=[False], line=[0], region=[-1], **job)
     first: dict[tuple[str, str], tuple[str, str]] = {}
     for found in report.pairs:
         if found.count:

@@ -72,8 +72,7 @@ def resolve_job(
     after the other.
 
     sought: what a plan for accuracy goes by; seconds: how long plans are bettered, shared out by points; further: by joint, what
-    the published method keeps from its limits. Raises JobError and its
-    kin, VerificationError where the promise is broken.
+    the published method keeps from its limits. Raises JobError and its kin, VerificationError where the promise is broken.
     """
     resolve = METHODS[method][way]
     made: list[Stretch] = []

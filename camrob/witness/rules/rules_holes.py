@@ -65,9 +65,8 @@ def _between_pecks(match: Match, file: Track, story: Story, prog: Track, run: Ru
     low = np.einsum("ij,ij->i", off, file.axis[row])  # m below where the hole's motion starts
     first = np.append(True, np.diff(i) != 0)
     came = np.where(first, 0.0, np.append(0.0, low[:-1]))
-    reach = (
-        2.0 * float(np.abs(low).max()) + 1.0
-    )  # a hole's count times this keeps what was reached in it from the others'
+    # a hole's count times this keeps what was reached in it from the others'
+    reach = 2.0 * float(np.abs(low).max()) + 1.0
     far = np.cumsum(first) * reach
     deepest = np.maximum.accumulate(np.maximum(low, 0.0) + far) - far
     drilled = np.where(first, 0.0, np.append(0.0, deepest[:-1]))
