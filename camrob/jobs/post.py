@@ -221,16 +221,21 @@ def _fit_within_limits(
 ) -> Made:
     """A program by one way, solved again, further from the limits that its axes pass between two points, where they do."""
     further: dict[str, float] = {}
-    for _ in range(_ROUNDS):
-        with watch.stage("resolve"):
-            resolved = resolve_job(
-                inputs, order.method, way, watch.share, order.device, sought, clock.left, further=further
-            )
+    stopped: VerificationError | None = None
+    rounds = 0
+    while True:
+        try:
+            with watch.stage("resolve"):
+                resolved = resolve_job(
+                    inputs, order.method, way, watch.share, order.device, sought, clock.left, further=further
+                )
+        except JobError as error:  # behind the first round the limit is the reason, not what it leaves no way to
+            raise stopped or error from None
         try:
             made = fit(order, resolved, folder, watch)
         except VerificationError as error:
-            over = past_limit(error)
-            if not over or way != "published":
+            over, rounds = past_limit(error), rounds + 1
+            if not over or way != "published" or rounds == _ROUNDS:
                 raise
             further[error.axis] = further.get(error.axis, 0.0) + _FURTHER * over
             stopped = error
@@ -239,7 +244,6 @@ def _fit_within_limits(
             text = f"{axis} was kept further from its limit, which it passed between points that keep it"
             made.findings.append(Finding("kept-from-limit", text, Severity.INFO, axis=axis))
         return made
-    raise stopped
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from camrob import post
+from camrob.errors import UnreachableError, VerificationError
 
 ROOT = Path(__file__).resolve().parents[3]
 CELL, ENGRAVING = ROOT / "cells" / "kr15_track_table", ROOT / "toolpaths" / "engraving" / "engraving.cls"
@@ -48,3 +50,25 @@ def test_an_axis_that_passes_its_limit_on_a_line_is_kept_further_from_it(tmp_pat
     least = result.summary.limits.margin_min["A3"]
     assert least is not None
     assert 0.0 < least < 0.3  # degrees, along the whole text: no further than it has to be
+
+
+def test_where_no_way_is_left_so_far_from_it_the_limit_is_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The job solved again may fail for a reason that nobody would have met."""
+    import camrob.jobs.post as job
+
+    real = job.resolve_job
+
+    def narrowed(*arguments: Any, further: dict[str, float], **named: Any) -> Any:
+        if further:
+            raise UnreachableError("no posture of the cell reaches this point")
+        return real(*arguments, further=further, **named)
+
+    monkeypatch.setattr(job, "resolve_job", narrowed)
+    narrow = tmp_path / "cell"
+    shutil.copytree(CELL, narrow, ignore=shutil.ignore_patterns("golden", "poses.csv"))
+    text = (narrow / "cell.toml").read_text(encoding="utf-8").replace("[-120, 160]", "[-120, 125]")
+    (narrow / "cell.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(VerificationError, match="A3 passes its limit"):
+        post(ENGRAVING, cell=narrow, out=tmp_path / "out", report=False)
