@@ -52,6 +52,7 @@ class Piece:
         path, first, self.rows = story.path, rows[0], len(rows)
         self.tip, self.axis = path.tip[rows[-1]], path.axis[rows[-1]]
         self.hole, self.feed, self.line = story.way[first] == Way.HOLE, story.feed[first], int(path.line[first])
+        self.entry = story.pecks[first].entry if first in story.pecks else None  # the first peck's own feed
         self.slack = 0.0
         vertices = path.tip[rows] if start is None else np.vstack([start, path.tip[rows]])
         if start is not None and path.angle[first] > 0.0:
@@ -143,8 +144,9 @@ def differences(toolpath: Toolpath, story: Story) -> list[str]:
         if max(map(piece.off, chunk[-2:])) > PLACE + (chord if piece.slack == 0.0 and len(piece.vertices) > 2 else 0.0):
             return [f"line {act.line}: {act.tip * 1e3} mm is no point of the witness's cut of line {piece.line}"]
         rises = piece.hole and len(chunk) > 1 and float((chunk[-1] - chunk[-2]) @ (piece.tip - piece.vertices[0])) < 0.0
-        if not (rises or math.isnan(piece.feed) or abs(act.feed - piece.feed) <= 1e-6 * piece.feed):
-            return [f"line {act.line}: {act.feed * 6e4:.3f} mm/min, by the witness {piece.feed * 6e4:.3f}"]
+        feed = piece.feed if piece.entry is None or len(chunk) > 2 else piece.entry
+        if not (rises or math.isnan(feed) or abs(act.feed - feed) <= 1e-6 * feed):
+            return [f"line {act.line}: {act.feed * 6e4:.3f} mm/min, by the witness {feed * 6e4:.3f}"]
         at_end = float(np.abs(act.tip - piece.tip).max()) < PLACE and float(np.abs(act.axis - piece.axis).max()) < AXIS
         way = float(np.linalg.norm(np.diff(chunk, axis=0), axis=1).sum())
         if at_end and (piece.hole or way > MOST * piece.length - PLACE):

@@ -137,6 +137,7 @@ class Pecks(NamedTuple):
     in a row may break the chip in the hole before that. lows: where they differ, how far below its start each may reach, the
     last one to the bottom. fed: the tool is drawn out no faster than by the motion behind the hole's. lift: how far, m, it is
     drawn back where the chip is broken, no further than to where the motion starts; None where the file doesn't say.
+    entry: the first peck's feed, m/s, None where it is the others'.
     """
 
     first: float
@@ -146,6 +147,7 @@ class Pecks(NamedTuple):
     breaks: int = 0
     fed: bool = False
     lift: float | None = None
+    entry: float | None = None
 
     def deepest(self, n: int) -> float:
         """How far the n-th peck (from 0) may go at once, and none may go beyond `low`, m."""

@@ -233,6 +233,8 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
         raise ToolpathError("the word T appears twice in one block", hint="split the block")
     if 1870 in g:  # Haas: how smoothly the path is run, G187 P2 E0.05
         words.pop("E", None)
+    if "E" in words and {670, 680} & set(m):  # LinuxCNC: an analog output, E its number and Q its value
+        words = {letter: value for letter, value in words.items() if letter not in "EQ"}
     if "E" in words:
         raise ToolpathError(
             "an E word (a fixture offset on Fadal's controls, the filament of a printer), or a number with an exponent",

@@ -95,7 +95,7 @@ def read_gcode(
         )
     lines = decode(data, path)
     bare = _COMMENT.sub("", "\n".join(lines)).upper()
-    control = choose_control(bare)
+    control = choose_control(bare, path.suffix)
     if control.plain:
         refuse_turning(bare, path)
     machine = _kinematics(bare, kinematics, path, plain=control.plain)

@@ -133,7 +133,8 @@ def read_story(
         reader: AptReader | GcodeReader
         if kind == "gcode":
             bare = re.sub(r"\([^()\n]*\)|;[^\n]*", "", text)  # comments, and values of calls
-            language = next((reader for reader, mark in _OTHERS if mark.search(bare)), GcodeReader)
+            plain = SinumerikReader if file.suffix.lower() in (".mpf", ".spf") else GcodeReader
+            language = next((reader for reader, mark in _OTHERS if mark.search(bare)), plain)
             by_tool = bool(dialect) and str(dialect).endswith("-iso")
             reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool)
             if isinstance(reader, ForeignReader):

@@ -23,6 +23,7 @@ _TAKE_NONE = frozenset(
     "0 1 2 3 17 18 19 20 21 43 44 49 54 55 56 57 58 59 90 91 94 95 98 99".split()
 )  # of R, Q, I, J, K
 _HOLES = frozenset("73 74 76 81 82 83 84 85 86 87 88 89".split())
+_ANALOG = {67.0, 68.0}  # LinuxCNC: M67 E0 Q40, an output's number and its value
 
 
 def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
@@ -35,7 +36,8 @@ def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
         return "N behind other words, which may be a jump or a repeat"
     codes, named = {f"{float(value):g}" for letter, value in pairs if letter == "G"}, set(letters)
     motion = next((code for code in codes if code in {*_HOLES, "0", "1", "2", "3"}), motion)
-    if "E" in named and "187" not in codes:
+    outputs = {float(value) for letter, value in pairs if letter == "M"} & _ANALOG
+    if "E" in named and "187" not in codes and not outputs:
         return "E, an offset of Fadal's or an exponent"
     if "S" in named and codes & {"25", "26", "50", "92"}:
         return "S as a limit of the spindle's speed"
@@ -66,6 +68,8 @@ def plain_words(pairs: Pairs) -> tuple[Pairs, float | None]:
         pairs = [(k, _UNITS.get(f"{float(v):g}", v)) if k == "G" else (k, v) for k, v in pairs]
     if codes & _HAAS.keys() and set(letters) <= set("GXYN") and not any(float(words.get(k, "0")) for k in "XY"):
         pairs = [(k, _HAAS.get(f"{float(v):g}", v)) if k == "G" else (k, v) for k, v in pairs]
+    if {float(v) for k, v in pairs if k == "M"} & _ANALOG:
+        pairs = [pair for pair in pairs if pair[0] not in "EQ"]
     if "187" in codes:
         pairs = [pair for pair in pairs if pair[0] not in "EP"]
     if any(k in words and code in codes for code, k in _LOOK_AHEAD.items()) and not any(

@@ -94,6 +94,13 @@ class Standing:
         self.at.update(X=None, Y=None, Z=None)
         self.unnamed = False
 
+    def rise(self) -> None:
+        """The machine takes the tool up along Z, out of a cut; with turned axes nobody knows in which direction."""
+        if self.tilted or any(self.at[letter] != 0.0 for letter in self.used):
+            self.forget()
+        else:
+            self.at["Z"] = None
+
     def switch(self, by: str, on: bool) -> None:
         """The tool centre point on or off, by "G" or "M": with turned axes, X, Y and Z mean another thing behind it."""
         before, tcp = self.odd, bool(self._tcp)

@@ -72,6 +72,9 @@ class Switching:
         """Another tool, behind what the block switches off; the spindle stands for it. T0: the tool is put away."""
         if self._tell.mounted(self._next_tool):
             return
+        if self._tell.cutting:  # the machine takes the tool up first: how high is not known
+            self._stand.rise()
+            self._tell.lose()
         self._switch_off(m, line)
         m[:] = [code for code in m if code not in ("5", "9")]
         self._spinning = False

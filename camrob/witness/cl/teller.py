@@ -62,6 +62,7 @@ class Teller:
         self._operation, self._marked = 0, False
         self._tool: tuple[float, str] | None = None
         self._unloaded = 0  # the line in which the tool was put away, else 0
+        self.cutting = False  # the last motion was a cut
         self._told_to_stand = False  # it was switched on at no speed: the set-up's is not what the file means
         self._speed_at_cut: float | None = None  # rev/min that the file has named before its first cut
         self._came: Array | None = None  # from where the last motion came
@@ -215,6 +216,7 @@ class Teller:
         self.n += 1
         self._came = self.here if self._linked else None
         self.here, self.axis, self._linked, self._from = tip, axis, True, 0
+        self.cutting = way != Way.RAPID
 
     def move(self, tip: Array, axis: Array, way: Way, line: int, feed: float | None = None) -> None:
         """Straight to `tip` with the tool along `axis`; a point where the tool stands already is no motion."""
@@ -299,10 +301,7 @@ class Teller:
         closed = float(np.linalg.norm(end - start)) <= _CLOSED
         angle = 0.0 if closed else math.atan2(float(normal @ np.cross(start, end)), float(start @ end)) % math.tau
         angle = (angle or math.tau) + turns * math.tau
-        if way == Way.RAPID:
-            feed = math.nan
-        else:
-            feed = math.hypot(angle * radius, rise) / time if time else self.speed(line)
+        feed = math.nan if way == Way.RAPID else math.hypot(angle * radius, rise) / time if time else self.speed(line)
         self._begin_where_it_stands()
         self._row(tip, axis, way, line, feed, (*center, *normal, angle))
 
@@ -344,6 +343,7 @@ class Teller:
             self._blocks.append(block)
             self.n += len(block)
         self.here, self.axis, self._linked, self._from = tips[-1], axes[-1], True, 0
+        self.cutting = True
 
     def _flush(self) -> None:
         if self._rows:

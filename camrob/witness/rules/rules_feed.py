@@ -42,7 +42,7 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
         yield _said("speed-limit", text, beyond, None, story, run, run.speed[beyond], limit)
     j, i = match.pairs[:, 0], match.pairs[:, 1]
     cut = _cuts(match, story)
-    feed, speed = story.feed[i], run.speed[j]
+    feed, speed = _meant(match, story), run.speed[j]
     silent = np.flatnonzero(cut & np.isnan(feed))
     step = story.path.tip[i[silent]] - story.path.tip[np.maximum(i[silent] - 1, 0)]
     silent = silent[(np.linalg.norm(step, axis=1) > MOVED) | (i[silent] == 0)]  # a turn on the spot has no speed
@@ -85,6 +85,19 @@ def _all(match: Match, story: Story, run: Run, rapid: float | None, slower_allow
             limit = np.full(len(rows), rapid)
             text = "faster than the set-up's rapid feed, or the usual one where it names none"
             yield _said("rapid-higher", text, rows, None, story, run, run.speed[rows], limit)
+
+
+def _meant(match: Match, story: Story) -> Array:
+    """The file's feed for each matched pair, m/s: of a hole's first peck, where that has another, till the tool is drawn back."""
+    j, i = match.pairs[:, 0], match.pairs[:, 1]
+    feed = story.feed[i].copy()
+    for row, pecks in story.pecks.items():
+        if pecks.entry is None:
+            continue
+        mine = np.flatnonzero(i == row)
+        mine = mine[np.argsort(j[mine], kind="stable")]
+        feed[mine[: np.append(np.flatnonzero(~match.cuts[mine]), len(mine))[0]]] = pecks.entry
+    return feed
 
 
 def _cuts(match: Match, story: Story) -> NDArray[np.bool_]:

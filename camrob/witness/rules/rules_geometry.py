@@ -119,7 +119,8 @@ class Motion:
     def nearest(self, p: Vec, axis: Vec, f: float = 0.0) -> tuple[float, float]:
         """The fraction from `f` on at which the tool is most nearly at tip p and axis, and the tip's distance there.
 
-        By the tip, on an arc in its first turn from f; by the axis where a straight motion turns it much and moves little.
+        By the tip, on an arc in its first turn from f; by the axis where a straight motion turns it much and moves little,
+        as long as the tip is there, too: axes that turn evenly leave the motion's own great arc.
         """
         if self.angle:
             arm = _mixed(p, 1.0, self.center, -1.0)
@@ -127,14 +128,19 @@ class Motion:
             slack = min(0.5, 2.0 * POSITION / max(self.radii[0], POSITION))
             on = (now - f * self.angle + slack) % (2.0 * math.pi) - slack
             w = f + max(0.0, on) / self.angle
-        elif (turn := distance(self.axis_start, self.axis_end)) * _LEVER > distance(self.start, self.end):
+            return self._at(p, w, f)
+        if (turn := distance(self.axis_start, self.axis_end)) * _LEVER > distance(self.start, self.end):
             arm, way = _mixed(axis, 1.0, self.axis_start, -1.0), _mixed(self.axis_end, 1.0, self.axis_start, -1.0)
             chord = 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(_dot(arm, arm))))
-            w = math.copysign(chord, _dot(arm, way)) / (2.0 * math.asin(min(1.0, 0.5 * turn)))
-        else:
-            way = _mixed(self.end, 1.0, self.start, -1.0)
-            size = _dot(way, way)
-            w = _dot(_mixed(p, 1.0, self.start, -1.0), way) / size if size > 0.0 else 1.0
+            by_axis = self._at(p, math.copysign(chord, _dot(arm, way)) / (2.0 * math.asin(min(1.0, 0.5 * turn))), f)
+            if by_axis[1] <= POSITION:
+                return by_axis
+        way = _mixed(self.end, 1.0, self.start, -1.0)
+        size = _dot(way, way)
+        return self._at(p, _dot(_mixed(p, 1.0, self.start, -1.0), way) / size if size > 0.0 else 1.0, f)
+
+    def _at(self, p: Vec, w: float, f: float) -> tuple[float, float]:
+        """The fraction w kept between f and the end, and how far tip p lies from there."""
         w = min(1.0, max(f, w))
         return w, distance(p, self.point(w))
 

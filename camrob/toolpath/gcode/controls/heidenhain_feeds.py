@@ -27,8 +27,10 @@ class Feeds:
         self._per_turn = False  # the one in force comes of FU, and so changes with the speed
         self._unnamed = False  # a cycle, or another speed, has left none behind that is certain
 
-    def of_motion(self, words: dict[str, str]) -> dict[str, float]:
-        """F of a motion, if it names one; takes note of whether it is a rapid. Raises ToolpathError for one that isn't known."""
+    def of_motion(self, words: dict[str, str], moves: bool = True) -> dict[str, float]:
+        """F of a motion, if it names one; takes note of whether it is a rapid. Raises ToolpathError for one that isn't known,
+        where the block moves.
+        """
         self.rapid = "FMAX" in words
         if "FZ" in words:
             raise ToolpathError(
@@ -41,7 +43,7 @@ class Feeds:
             return self._set(self._automatic())
         if words.get("F"):
             return self._set(self._value(words["F"]))
-        if self._unnamed and not self.rapid:
+        if self._unnamed and moves and not self.rapid:
             raise ToolpathError(
                 "a cut without a feed behind a cycle, or behind another speed", hint="name F in the block"
             )

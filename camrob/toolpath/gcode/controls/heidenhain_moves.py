@@ -44,7 +44,7 @@ class HeidenhainMoves:
     def __init__(self, value: Callable[[str], float], number_of: Callable[[str], float | None]) -> None:
         self._value, self._number_of = value, number_of
         self.one_name = False  # the file names one tool, by its name, and no more
-        self._at: dict[str, float | None] = dict.fromkeys("XYZ")
+        self._at: dict[str, float | None] = dict.fromkeys("XYZABC")
         self._pole = Pole()
         self._feeds = Feeds(value)
         self._shift = dict.fromkeys("XYZ", 0.0)
@@ -91,7 +91,7 @@ class HeidenhainMoves:
         elif _TCPM.fullmatch(text) or text.startswith("FUNCTION RESET TCPM"):
             self._tcp = "RESET" not in text
             yield Block(line, {}, m=(1280 if self._tcp else 1290,))
-            self._lose()
+            self._lose("XYZ")
         elif re.fullmatch(r"STOP(?: M[0-9]+)*", text):  # the operator comes when what it switches off stands
             yield from self._codes([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
             yield Block(line, {}, m=(0,))
@@ -125,8 +125,8 @@ class HeidenhainMoves:
             raise ToolpathError("BEGIN PGM without MM or INCH", hint="export it again")
         yield Block(line, {}, (210 if unit == "MM" else 200, 900, 940, 170))
 
-    def _lose(self) -> None:
-        self._at = dict.fromkeys("XYZ")
+    def _lose(self, letters: str = "XYZABC") -> None:
+        self._at |= dict.fromkeys(letters)
 
     # -- words -------------------------------------------------------------------------------------------------
 
@@ -150,7 +150,7 @@ class HeidenhainMoves:
         if kept:
             yield Block(line, {}, m=kept)
             if {128, 129} & set(codes):
-                self._lose()
+                self._lose("XYZ")
                 self._tcp = 129 not in codes
 
     # -- motions -----------------------------------------------------------------------------------------------
@@ -169,7 +169,7 @@ class HeidenhainMoves:
             raise ToolpathError(
                 "LN with a normal and no tool axis under M128", hint="post TX, TY, TZ, which say how the tool stands"
             )
-        feed = self._feeds.of_motion(words)
+        feed = self._feeds.of_motion(words, moves=any(name[-1] in "XYZABC" for name in words))
         yield from offset_blocks(words, line)
         turned = [words[k] for k in "ABC" if k in words]
         if self._plane is not None and turned and all(re.fullmatch(r"[-+]?Q12[0-2]", t) for t in turned):
@@ -186,12 +186,14 @@ class HeidenhainMoves:
         motion = 0 if self._feeds.rapid else 10
         if codes and MACHINE & set(codes):
             yield Block(line, {**to, **feed}, (530, motion))
-            self._at.update(dict.fromkeys(set(to) & set("XYZ")))
+            self._lose("".join(to))
         elif to or vector is not None:
             corner = self._corner if motion else None
             self._rounded, self._moved = corner is not None, True
             yield Block(line, {**to, **feed}, (motion,), vector=vector, corner=corner)
-            self._at.update({k: v for k, v in to.items() if k in self._at})
+            self._at |= to
+            if vector is not None:
+                self._lose("ABC")
         elif feed:
             yield Block(line, feed)
         yield from self._behind([c for c in codes if c not in before], line)
@@ -237,12 +239,12 @@ class HeidenhainMoves:
             yield Block(line, {**to, **round_, **feed}, (pole.code, 30 if sense == "+" else 20))
             if pole.code != 170:
                 yield Block(line, {}, (170,))
-        self._at.update({k: v for k, v in to.items() if k in self._at})
+        self._at |= to
         yield from self._behind([c for c in codes if c not in before], line)
 
     def _away(self, line: int) -> Block:
         """M140: the tool goes back along its axis, how far only the machine knows."""
-        self._lose()
+        self._lose("XYZ")
         return Block(line, {"X": 0.0, "Y": 0.0, "Z": 0.0}, (530, 0))
 
     # -- tools, planes, cycles ---------------------------------------------------------------------------------

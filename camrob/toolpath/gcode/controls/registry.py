@@ -13,6 +13,6 @@ __all__ = ["CONTROLS", "choose_control"]
 CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, SIEMENS, HEIDENHAIN)}
 
 
-def choose_control(text: str) -> Control:
-    """The control whose program the text looks most like: ISO's, where it has nothing that only another one has."""
-    return max(CONTROLS.values(), key=lambda c: c.recognise(text))
+def choose_control(text: str, suffix: str) -> Control:
+    """The control whose program the text looks most like, else by the file's suffix: ISO's, where nothing shows another one's."""
+    return max(CONTROLS.values(), key=lambda c: (c.recognise(text), suffix.lower() in c.suffixes))

@@ -22,7 +22,7 @@ __all__ = ["SIEMENS"]
 _MARKS = tuple(
     re.compile(pattern, re.M)
     for pattern in (
-        r"\b(?:TRAORI|TRAFOOF|CYCLE8[0-9]{1,2}|ORIWKS|ORIMKS|ORIVECT|ORIAXES|SUPA|COMPCAD|COMPOF|FFWON|G64[0-5]|G710|STOPRE|MCALL)\b",
+        r"\b(?:TRAORI|TRAFOOF|CYCLE8[0-9]{1,2}|ORIWKS|ORIMKS|ORIVECT|ORIAXES|SUPA|COMPCAD|COMPOF|FFWON|G64[0-5]|G7[01]0|STOPRE|MCALL)\b",
         r"^%_N_|^;\$PATH=|^[ \t]*(?:N[0-9]+[ \t]*)?(?:PROC|EXTERN|CASE)\b",
         r"^[ \t]*(?:N[0-9]+[ \t]*)?[A-Z]{2,}_[A-Z0-9_]+[ \t]*$",  # a subprogram's name: ISO's words have no underscore
         r"\bMSG[ \t]*\(",
@@ -368,4 +368,5 @@ SIEMENS = Control(
     _recognise,
     lambda lines, path, state: _Program(lines, path, state).run(),
     "gcode-siemens",
+    suffixes=frozenset({".mpf", ".spf"}),
 )

@@ -97,7 +97,7 @@ class Hole:
         else:
             yield Block(line, {"Z": depth, "F": feed}, (10,))
         if self.name != "CYCLE81":
-            yield from _dwell(self["DTB"], line)
+            yield from _dwell(self["DTD"] or self["DTB"], line)
         if self.name in ("CYCLE85", "CYCLE89"):
             yield Block(line, {"Z": top, "F": self["RFF"] or feed}, (10,))
         yield Block(line, {"Z": max(out, top)}, (0,))
@@ -185,8 +185,8 @@ def hole_of(name: str, arguments: Sequence[float | None]) -> Hole:
         raise ToolpathError(f"{name} with a dwell in turns of the spindle", hint="name it in seconds")
     if hole["SDIS"] < 0.0 or hole.depth >= hole["RFP"] or hole["RTP"] < hole["RFP"]:
         raise ToolpathError(f"{name} whose heights make no hole", hint="check RTP, RFP, SDIS and DP")
-    if name == "CYCLE83" and not (hole["DTD"] == 0.0 and hole["DAM"] >= -1.0 and 0.0 <= hole["FRF"] <= _PERCENT):
-        raise ToolpathError(f"{name} with DTD, DAM or FRF out of what is known", hint="check them")
+    if name == "CYCLE83" and not (hole["DAM"] >= -1.0 and 0.0 <= hole["FRF"] <= _PERCENT):
+        raise ToolpathError(f"{name} with DAM or FRF out of what is known", hint="check them")
     if name in TAPS and hole["PITA"] not in (0.0, 1.0):
         raise ToolpathError(
             f"{name} with its pitch in another unit (_PITA {hole['PITA']:g})", hint="name it in mm, by PIT"

@@ -92,6 +92,8 @@ class Hole(NamedTuple):
     bites: tuple[float, ...] = ()  # where each of several bites that differ ends
     breaks: int = 0  # so many times the chip is broken before the tool comes out
     lift: float | None = None  # by so much the tool is drawn back for that, None: by a machine parameter
+    kept: bool = False  # the tool stays in the hole between its bites
+    entry: float = 1.0  # the first bite's share of the feed
 
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
@@ -124,14 +126,19 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
         return
     feed = tell.speed(line, None if hole.feed_in is None else (hole.feed_in * reader.scale / 60.0, "min"))
     tell.move(at(hole.clear), axis, Way.RAPID, line)
+    entry = None
+    if hole.entry != 1.0 and (hole.bite or hole.bites):
+        entry = hole.entry * feed
+    elif hole.entry != 1.0:
+        feed *= hole.entry
     fed, lift = hole.feed_out is not None, None if hole.lift is None else hole.lift * scale
     if hole.bites:
         lows = tuple((hole.clear - low) * scale for low in hole.bites)
         most = max(b - a for a, b in zip((0.0, *lows), lows, strict=False))
-        tell.pecks[tell.n] = Pecks(lows[0], most, True, lows, hole.breaks, fed, lift)
+        tell.pecks[tell.n] = Pecks(lows[0], most, not hole.kept, lows, hole.breaks, fed, lift, entry)
     elif hole.bite:
         first = hole.clear - hole.surface + hole.bite
-        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, True, (), hole.breaks, fed, lift)
+        tell.pecks[tell.n] = Pecks(first * scale, hole.bite * scale, not hole.kept, (), hole.breaks, fed, lift, entry)
     tell.move(at(hole.bottom), axis, Way.HOLE, line, feed)
     if hole.dwell:
         tell.event(Kind.DWELL, line, hole.dwell)
@@ -169,7 +176,7 @@ def places(name: str, values: Sequence[float | None]) -> list[tuple[float, float
     return [(float(u), float(v)) for u, v in found]
 
 
-def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
+def siemens_hole(name: str, values: Sequence[float | None], mm: float) -> Hole:
     """CYCLE81 to CYCLE85 and CYCLE840 by their values. Raises UnreadError for others, and for depths that count otherwise."""
     names = _SIEMENS.get(name, "").split()
     if not names or any(values[len(names) :]):
@@ -194,7 +201,7 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
         level = max(value["RTP"], clear)
         return Hole(clear, end, level, value["RFP"], dwell=value["DTB"], tap=float(rise), rpm=value.get("SST") or None)
     if name == "CYCLE83":
-        return _deep(value, said.get("FDEP"), end)
+        return _deep(value, said.get("FDEP"), end, mm)
     inwards, back = value.get("FFR") or None, value.get("RFF") or value.get("FFR")
     if back == 0.0:
         raise UnreadError("CYCLE85 without its feeds")
@@ -203,30 +210,33 @@ def siemens_hole(name: str, values: Sequence[float | None]) -> Hole:
     return Hole(clear, end, max(value["RTP"], clear), value["RFP"], inwards, back, dwell, drawn=slow)
 
 
-def _deep(value: Mapping[str, float], first: float | None, end: float) -> Hole:
-    """CYCLE83 in one go (FDEP, or FDPR below the reference plane, is its bottom), or in bites that are all as the first one, come
-    out in rapid and don't dwell. How far above the last one the tool goes back in rapid isn't asked. Raises UnreadError else.
+def _deep(value: Mapping[str, float], first: float | None, end: float, mm: float) -> Hole:
+    """CYCLE83 in one go (FDEP, or FDPR below the reference plane, is its bottom), or in bites that don't dwell: by VARI the tool
+    comes out in rapid between them, or is drawn back by VRT, 1 mm where it names none (`mm` is one of the program's units). How
+    far above the last bite it goes back in rapid isn't asked. Raises UnreadError else.
     """
     surface = value["RFP"]
     named = surface - abs(value["FDPR"]) if first is None else first
     odd = first is not None and value["FDPR"] and abs(surface - abs(value["FDPR"]) - first) > 1e-9
+    share = value["FRF"] / 100.0 if value["FRF"] > 1.0 else value["FRF"] or 1.0
     if (
-        value["DTD"]
+        value["DTD"] < 0.0
         or value["AXN"] not in (0.0, 3.0)
         or odd
         or value["DAM"] < -1.0
-        or value["FRF"] not in (0.0, 1.0, 100.0)
+        or not 0.0 < share <= 1.0
+        or value["VARI"] not in (0.0, 1.0)
     ):
         raise UnreadError("CYCLE83 whose depth, dwell or feed counts in another way")
     bite = surface - named if end + 1e-9 < named < surface - 1e-9 else 0.0
-    if bite and (value["MDEP"] > bite or not value["VARI"] or value["DTB"] or value["DTS"]):
-        raise UnreadError("CYCLE83 in bites that break chips or dwell")
+    if bite and (value["MDEP"] > bite or value["DTB"] or value["DTS"]):
+        raise UnreadError("CYCLE83 in bites that dwell")
     clear = surface + value["SDIS"]
+    hole = Hole(clear, end, max(value["RTP"], clear), surface, dwell=value["DTD"] or value["DTB"], bite=bite)
     if bite and value["DAM"]:
-        return Hole(
-            clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"], bites=_shorter(surface, bite, end, value)
-        )
-    return Hole(clear, end, max(value["RTP"], clear), surface, dwell=value["DTB"], bite=bite)
+        hole = hole._replace(bites=_shorter(surface, bite, end, value))
+    kept = bite > 0.0 and not value["VARI"]
+    return hole._replace(entry=share, kept=kept, lift=(value["VRT"] or 1.0 / mm) if kept else None)
 
 
 def _shorter(surface: float, bite: float, end: float, value: Mapping[str, float]) -> tuple[float, ...]:

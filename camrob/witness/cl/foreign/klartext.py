@@ -241,9 +241,10 @@ class KlartextReader(ForeignReader):
         for name in [w for w in words if re.fullmatch(r"I?[XYZABC]", w)]:
             value, letter = float(words.pop(name)), name[-1]
             if name[0] == "I":
-                if letter not in self._here:
+                at = self._stand.turn(letter) if letter in "ABC" else self._here.get(letter, math.nan)
+                if math.isnan(at):
                     raise UnreadError(f"{name} from where the axis isn't known to be")
-                value += self._here[letter]
+                value += at
             to[letter] = value
         return to
 

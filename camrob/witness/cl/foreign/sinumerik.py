@@ -17,6 +17,7 @@ from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.cl.framing import mirror, scaling, shifting, turning
 from camrob.witness.cl.running.ordered import Ordered, Row
 from camrob.witness.cl.running.structure_run import StructureRun
+from camrob.witness.units import m_to_mm
 
 __all__ = ["SinumerikReader"]
 
@@ -175,7 +176,7 @@ class SinumerikReader(ForeignReader):
     def _cycle_of(self, name: str, values: list[float | None], line: int, *, modal: bool) -> None:
         """CYCLE800, or a drilling cycle here or, behind MCALL, at every place from here on."""
         if name != "CYCLE800":
-            hole = siemens_hole(name, values)
+            hole = siemens_hole(name, values, m_to_mm(self.scale))
             if modal:
                 self._called = hole
             else:

@@ -1,0 +1,106 @@
+"""What posts for real machines write, and was refused: ends worked out by hand from the controls' rules.
+
+Siemens, "Job planning" (CYCLE83: FRF, VRT, _DTD; .MPF and .SPF are its files); Heidenhain, "TNC 640 User's Manual, Klartext
+Programming" (IC is a step of the axis; L with nothing but M moves nothing); LinuxCNC, "G-Codes" (M67 E- Q- sets an output); a
+change of tools takes the tool up along Z, how far only the machine knows.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from process_story import KR15, posted
+from two_readings import differences
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import Move
+from camrob.witness.cl import read_story
+from camrob.witness.judge import judge
+
+ISO = "G21 G17 G40 G49 G80 G90\nT1 M6\nG54 G0 X0. Y0. S5000 M3\nG43 H1 Z20.\nG1 Z-1. F100.\nX10. F500.\n"
+SIEMENS = "N1 G17 {} G90 G40 G94\nN2 T1 M6\nN3 D1 S2000 M3\nN4 G54 G0 X0 Y0 Z{}\n{}\nN9 M30\n"
+KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S9000\nM3\n{}L Z+60 R0 FMAX\nM30\nEND PGM A MM\n"
+DRILL = "CYCL DEF 200 D Q200=2 Q201=-6 Q206=200 Q202=6 Q210=0 Q203=+0 Q204=50 Q211=0\n"
+PLACE = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
+
+
+def cuts(folder: Path, name: str, text: str, dialect: str | None = None) -> np.ndarray:
+    """X, Y, Z (mm) and the axis where each cut ends; both readings understand all of the file, and agree."""
+    (folder / name).write_text(text, encoding="utf-8")
+    toolpath, story = read_toolpath(folder / name, dialect=dialect), read_story(folder / name, dialect=dialect)
+    assert story.complete, [gap.text for gap in story.gaps]
+    assert not list(differences(toolpath, story))
+    rows = [np.hstack([1e3 * r.position, r.axis])[r.move == Move.CUT] for r in toolpath.regions]
+    return np.vstack(rows)
+
+
+@pytest.mark.parametrize("then", ["G0 X0. Y5.\nG43 H2\nG1 Z-2. F80.\n", "G1 X0. Y5. Z-2. F80.\n"])
+def test_a_change_straight_out_of_a_cut(tmp_path: Path, then: str) -> None:
+    """Neither way lies in the part: the one reading took the rapid for one at the cut's depth."""
+    found = cuts(tmp_path, "a.nc", ISO + f"T2 M6\nS6000 M3\n{then}X10. F300.\nG0 Z20.\nM30\n")
+    assert found[:, :3] == pytest.approx(np.array([[0, 0, -1], [10, 0, -1], [0, 5, -2], [10, 5, -2]]))
+
+
+def test_no_cut_goes_on_from_where_the_change_left_the_tool(tmp_path: Path) -> None:
+    (tmp_path / "a.nc").write_text(ISO + "T2 M6\nS6000 M3\nG1 X0. F80.\nM30\n", encoding="utf-8")
+    with pytest.raises(ToolpathError, match="Z has no known value"):
+        read_toolpath(tmp_path / "a.nc")
+    assert not read_story(tmp_path / "a.nc").complete
+
+
+def test_a_file_is_siemens_by_its_name(tmp_path: Path) -> None:
+    found = cuts(tmp_path, "A.MPF", SIEMENS.format("G700", 1, "G1 Z-0.1 F10\nX1"))
+    assert found[:, :3] == pytest.approx(25.4 * np.array([[0, 0, -0.1], [1, 0, -0.1]]))
+
+
+def test_an_output_moves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "a.ngc").write_text(ISO + "M67 E0 Q40\nX20.\nG0 Z20.\nM2\n", encoding="utf-8")
+    assert 1e3 * read_toolpath(tmp_path / "a.ngc").regions[0].position[-2] == pytest.approx([20, 0, -1])
+    assert [gap.text for gap in read_story(tmp_path / "a.ngc").gaps] == ["M67: not known"]
+
+
+def test_functions_behind_a_cycle_need_no_feed(tmp_path: Path) -> None:
+    body = "L X+0 Y+0 Z+50 R0 FMAX\n" + DRILL + "CYCL CALL\nL Z+0 FMAX M91\nL M9\nL M5\n"
+    assert cuts(tmp_path, "a.h", KLARTEXT.format(body))[:, 2] == pytest.approx([-6])
+
+
+def test_a_rotary_axis_goes_on_by_a_step(tmp_path: Path) -> None:
+    body = "L B+10 C+0 FMAX\nM128\nL X+0 Y+0 Z+60 R0 FMAX\nL Z-1 F300\nL X+10 IC+30\nL IC+20 IB-10\nL Z+20\nM129\n"
+    found = cuts(tmp_path, "a.h", KLARTEXT.format(body), "gcode-xyzbc-iso")
+    tilt, turn = np.radians(10.0), np.radians(30.0)
+    axis = [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)]
+    assert np.abs(found - [10, 0, -1, *axis]).max(axis=1).min() < 1e-9
+    assert found[-1] == pytest.approx(np.array([10, 0, 20, 0, 0, 1]), abs=1e-9)
+
+
+def test_axes_that_turn_much_on_a_short_way_leave_the_great_arc(tmp_path: Path) -> None:
+    """The witness looked for the place by the axis alone, and refused right programs as errors of camrob's."""
+    body = "N5 G0 A10 C10\nN6 TRAORI\nN7 G0 X5 Y0 Z60\nN8 G1 Z-1 F300\nY5 A15 C=DC(340) F800\nZ20\nTRAFOOF"
+    posted(tmp_path, "a.mpf", SIEMENS.format("G71", 60, body), setup=PLACE, dialect="gcode-xyzac-iso")
+
+
+@pytest.mark.parametrize(
+    ("cycle", "heights", "dwell"),
+    [
+        ("CYCLE83(30,0,1,-10,,-4,,0,0,0,1,0)", [-4, -3, -8, -7, -10], 0.0),
+        ("CYCLE83(30,0,1,-10,,-4,,1,0,0,0.5,0,,,0.4,0.7)", [-4, -3.6, -7, -6.6, -9, -8.6, -10], 0.7),
+        ("CYCLE83(30,0,1,-10,,,4,0,0,0,50,1,,,,,2)", [-4, 1, -2, -8, 1, -6, -10], 0.0),
+    ],
+)
+def test_deep_holes_are_judged_whole(tmp_path: Path, cycle: str, heights: list[float], dwell: float) -> None:
+    made = posted(tmp_path, "a.mpf", SIEMENS.format("G71", 30, f"F120\n{cycle}"), setup=PLACE)
+    assert not any("part" in warning.code for warning in made.summary.warnings)
+    program = next(made.out.glob("*.src"))
+    text = program.read_text(encoding="ascii")
+    assert (f"WAIT SEC {dwell:.1f}" in text) == bool(dwell)
+    down = [float(row.split("Z ")[1].split(",")[0]) - 200.0 for row in text.split("\n") if row.startswith("LIN")]
+    first = down.index(1.0) + 1
+    assert down[first : first + len(heights)] == pytest.approx(heights, abs=1e-3)
+    if "0.5" in cycle:  # the first bite at half the feed, and no faster
+        assert text.count("$VEL.CP = 0.001000") == 1
+        program.write_text(text.replace("$VEL.CP = 0.001000", "$VEL.CP = 0.002000"), encoding="ascii")
+        found = judge(program, KR15, clfile=tmp_path / "in" / "a.mpf").objections
+        assert "feed-higher" in {objection.code for objection in found}
