@@ -8,6 +8,10 @@ Two families, each also read from the tool back to the foot (the screws in rever
     parallel    axes 2, 3 and 4 are parallel (Universal Robots): what they can't change, the component along them of a point of
                 the sixth axis and of its direction, gives the first and the fifth, then the sixth, then a planar arm of three.
 
+Rows are branches: each posture stands where it stood a little before along a path. The two angles of a cone keep their order;
+the four of a quartic are told apart by `lasting_angles`, provably but for which of two of one kind is which, where an arm is
+cuspidal (Wenger 2007: it goes from one posture of a pose to another without passing a singular one).
+
 Elias and Wen (IK-Geo, 2022) and Ostermeier and others (EAIK, 2025) decompose arms alike. Each posture is mended by Newton's
 method on the screws and has to meet the pose; up to eight, sixteen rows are kept for arms that are searched.
 """
@@ -23,7 +27,7 @@ from camrob.compiled import kernel, part
 from camrob.kinematics.screw_motion import polish, put_back
 from camrob.kinematics.spherical_wrist import BRANCH_OK, BRANCH_OUT_OF_REACH
 from camrob.kinematics.subproblems import cone, dot, nearest_turn, rotate, triple, turn_between
-from camrob.kinematics.trig_quartic import conic_angles, square_onto
+from camrob.kinematics.trig_quartic import lasting_angles, square_onto
 
 __all__ = ["PARALLEL", "WRIST", "ScrewArm", "solve_screws", "solve_screws_many"]
 
@@ -86,8 +90,8 @@ def _place(h: Array, o: Array, i: int, angle: float, x: Array) -> None:
 
 
 @part
-def _first_three(h: Array, o: Array, w: Array, t: Array, out: Array) -> int:
-    """out (4, 3) <- the angles of axes 1 to 3 that bring the point w to t; how many there are.
+def _first_three(h: Array, o: Array, w: Array, t: Array, out: Array, there: Ints) -> None:
+    """out (4, 3) <- the angles of axes 1 to 3 that bring the point w to t, there (4,): 1 at the rows that are any.
 
     The point's distance from a point of the first axis and its height along it are what the first angle can't change.
     """
@@ -123,12 +127,15 @@ def _first_three(h: Array, o: Array, w: Array, t: Array, out: Array) -> int:
     gap = np.sqrt(dot(e, e))
     reach = max(np.sqrt(square), gap)
     third = np.empty(4)
+    for k in range(4):
+        there[k] = 0
     meeting, parallel = gap < _MEET * reach, sine == 0.0
     if parallel:
         found = 2 if cone(B[1], B[2], -B[0], third) else 0
     elif meeting:
         found = 2 if cone(A[1], A[2], -A[0], third) else 0
     else:
+        found = 4
         # e is across both axes here, so e and h1's part across the second are at right angles: each gives one component
         f = np.zeros(6)
         square_onto(f, 1.0, A[0] / gap, A[1] / gap, A[2] / gap)
@@ -137,33 +144,38 @@ def _first_three(h: Array, o: Array, w: Array, t: Array, out: Array) -> int:
         f[0] -= square
         f[1] -= 2.0 * dot(r0, rc)
         f[2] -= 2.0 * dot(r0, rs)
-        found = conic_angles(f, third)
+        lasting_angles(f, np.arctan2(dot(r0, rs), dot(r0, rc)), third, there)  # of the sides of the elbow, stretched
     for r in range(3):
         o2[r] = t[r] - o1[r]
-    return int(_first_two(h, e, o2, r0, rc, rs, A, B, third[:found], sine, meeting, out))
+    _first_two(h, e, o2, r0, rc, rs, A, B, third[:found], sine, meeting, out, there)
 
 
 @part
 def _first_two(
     h: Array, e: Array, to: Array, r0: Array, rc: Array, rs: Array, A: Array, B: Array, third: Array, sine: float,
-    meeting: bool, out: Array,
-) -> int:  # fmt: skip
-    """The rest of `_first_three`: for each third angle the second and the first; `to`: the point's place from the first axis."""
+    meeting: bool, out: Array, there: Ints,
+) -> None:  # fmt: skip
+    """The rest of `_first_three`: for each third angle the second and the first; `to`: the point's place from the first axis.
+
+    Where cones do, each third angle has two rows; else there are four of them, each with a row that is there or is not.
+    """
     e_along, g_along, gap, parallel = dot(e, h[1]), dot(h[0], h[1]), np.sqrt(dot(e, e)), sine == 0.0
     x_axis, v, y, pair = np.empty(3), np.empty(3), np.empty(3), np.empty(2)
-    count = 0
+    coned = parallel or meeting
     for k in range(third.shape[0]):
+        if not coned and not there[k]:
+            continue
         c, s = np.cos(third[k]), np.sin(third[k])
         for r in range(3):
             v[r] = r0[r] + rc[r] * c + rs[r] * s
         a, b = A[0] + A[1] * c + A[2] * s, B[0] + B[1] * c + B[2] * s
-        ways = 1
-        if parallel or meeting:
+        ways, row = 1, k
+        if coned:
             for r in range(3):  # across the second axis: e there, or h1
                 x_axis[r] = e[r] - e_along * h[1, r] if parallel else h[0, r] - g_along * h[1, r]
             if not cone(dot(x_axis, v), triple(x_axis, h[1], v), a if parallel else b, pair):
                 continue
-            ways = 2
+            ways, row = 2, 2 * k
         else:
             for r in range(3):  # where the point is to come to, across the second axis
                 y[r] = a / (gap * gap) * e[r] + b / (sine * sine) * (h[0, r] - g_along * h[1, r])
@@ -172,10 +184,9 @@ def _first_two(
             rotate(h[1], np.cos(pair[i]), np.sin(pair[i]), v, y)
             for r in range(3):
                 y[r] += e[r]
-            out[count, 0] = turn_between(h[0], y, to)
-            out[count, 1], out[count, 2] = pair[i], third[k]
-            count += 1
-    return count
+            out[row + i, 0] = turn_between(h[0], y, to)
+            out[row + i, 1], out[row + i, 2] = pair[i], third[k]
+            there[row + i] = 1
 
 
 @part
@@ -200,15 +211,18 @@ def _last_three(h: Array, W: Array, near: Array, out: Array) -> int:
 
 
 @part
-def _by_wrist(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array) -> int:
-    """Rows of Q <- postures of an arm whose last three axes meet, that displace by M, p; how many there are."""
+def _by_wrist(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array, there: Ints) -> None:
+    """Rows of Q (8, 6) <- postures of an arm whose last three axes meet, that displace by M, p; there (8,): 1 at those."""
     wrist, target = np.empty(3), np.empty(3)
     _closest(h, o, 4, 5, wrist)
     for r in range(3):
         target[r] = p[r] + M[r, 0] * wrist[0] + M[r, 1] * wrist[1] + M[r, 2] * wrist[2]
     three, W, column, last = np.empty((4, 3)), np.empty((3, 3)), np.empty(3), np.empty((2, 3))
-    count = 0
-    for k in range(_first_three(h, o, wrist, target, three)):
+    some = np.empty(4, np.int64)
+    _first_three(h, o, wrist, target, three, some)
+    for k in range(4):
+        if not some[k]:
+            continue
         for c in range(3):
             for r in range(3):
                 column[r] = M[r, c]
@@ -217,15 +231,14 @@ def _by_wrist(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array) -> 
             for r in range(3):
                 W[r, c] = column[r]
         for i in range(_last_three(h, W, near, last)):
+            there[2 * k + i] = 1
             for j in range(3):
-                Q[count, j], Q[count, 3 + j] = three[k, j], last[i, j]
-            count += 1
-    return count
+                Q[2 * k + i, j], Q[2 * k + i, 3 + j] = three[k, j], last[i, j]
 
 
 @part
-def _first_and_fifth(h: Array, o: Array, M: Array, p: Array, out: Array) -> int:
-    """out (4, 2) <- angles of axes 1 and 5 of an arm whose axes 2 to 4 are parallel; how many there are."""
+def _first_and_fifth(h: Array, o: Array, M: Array, p: Array, out: Array, there: Ints) -> None:
+    """out (4, 2) <- angles of axes 1 and 5 of an arm whose axes 2 to 4 are parallel; there (4,): 1 at the rows that are any."""
     x6, n = np.empty(3), h[1]
     _closest(h, o, 5, 4, x6)
     y, u = np.empty(3), np.empty(3)  # the point of the sixth axis, and its direction, where they are to come to
@@ -245,8 +258,10 @@ def _first_and_fifth(h: Array, o: Array, M: Array, p: Array, out: Array) -> int:
     rest = (
         dot(n, a) - dot(n, o[4]) - m0
     )  # y_0 + rest + y_c cos + .. = m_c cos + m_s sin, and u_0 - d_0 + .. = d_c cos + ..
-    first, pair = np.empty(4), np.empty(2)
-    size, count = np.sqrt(mc * mc + ms * ms), 0
+    first, pair = np.zeros(4), np.empty(2)
+    size = np.sqrt(mc * mc + ms * ms)
+    for k in range(4):
+        there[k] = 0
     determinant = mc * ds - ms * dc
     long = max(np.sqrt(dot(arm, arm)), _MEET)
     if abs(determinant) > _MEET * long:
@@ -256,23 +271,21 @@ def _first_and_fifth(h: Array, o: Array, M: Array, p: Array, out: Array) -> int:
         square_onto(f, 1.0, (mc * (u0 - d0) - dc * (y0 + rest)) / determinant,
                     (mc * uc - dc * yc) / determinant, (mc * us - dc * ys) / determinant)  # fmt: skip
         f[0] -= 1.0
-        for k in range(conic_angles(f, first)):
+        lasting_angles(f, np.arctan2(ys, yc), first, there)  # of the sides of the shoulder, stretched
+        for k in range(4):
             c, s = np.cos(first[k]), np.sin(first[k])
             left, right = y0 + rest + yc * c + ys * s, u0 - d0 + uc * c + us * s
-            out[count, 0] = first[k]
-            out[count, 1] = np.arctan2((mc * right - dc * left) / determinant, (ds * left - ms * right) / determinant)
-            count += 1
-        return count
+            out[k, 0] = first[k]
+            out[k, 1] = np.arctan2((mc * right - dc * left) / determinant, (ds * left - ms * right) / determinant)
+        return
     if size > _MEET * long and np.sqrt(dc * dc + ds * ds) > _MEET:
-        return 0  # both rows say the same of the fifth angle, and it takes more than these two to tell
+        return  # both rows say the same of the fifth angle, and it takes more than these two to tell
     if not cone(yc, ys, -(y0 + rest), first):
-        return 0
+        return
     for k in range(2):
         if cone(dc, ds, u0 - d0 + uc * np.cos(first[k]) + us * np.sin(first[k]), pair):
             for i in range(2):
-                out[count, 0], out[count, 1] = first[k], pair[i]
-                count += 1
-    return count
+                out[2 * k + i, 0], out[2 * k + i, 1], there[2 * k + i] = first[k], pair[i], 1
 
 
 @part
@@ -285,14 +298,17 @@ def _across(h: Array, o: Array, r: int) -> float:
 
 
 @part
-def _by_parallels(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array) -> int:
-    """Rows of Q <- postures of an arm whose axes 2, 3 and 4 are parallel; how many there are."""
+def _by_parallels(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array, there: Ints) -> None:
+    """Rows of Q (8, 6) <- postures of an arm whose axes 2, 3 and 4 are parallel; there (8,): 1 at those."""
     ends, n = np.empty((4, 2)), h[1]
     a, b, x, v = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     upper, fore, elbow, y = np.empty(3), np.empty(3), np.empty(2), np.empty(3)
     side3, side4 = (1.0 if dot(h[2], n) > 0.0 else -1.0), (1.0 if dot(h[3], n) > 0.0 else -1.0)
-    count = 0
-    for k in range(_first_and_fifth(h, o, M, p, ends)):
+    some = np.empty(4, np.int64)
+    _first_and_fifth(h, o, M, p, ends, some)
+    for k in range(4):
+        if not some[k]:
+            continue
         q1, q5 = ends[k, 0], ends[k, 1]
         rotate(h[0], np.cos(q1), np.sin(q1), n, x)
         for r in range(3):
@@ -324,11 +340,10 @@ def _by_parallels(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array)
             rotate(n, np.cos(elbow[i]), np.sin(elbow[i]), fore, y)
             for r in range(3):
                 y[r] += upper[r]
-            q2 = turn_between(n, y, a)
-            Q[count, 0], Q[count, 1], Q[count, 2] = q1, q2, side3 * elbow[i]
-            Q[count, 3], Q[count, 4], Q[count, 5] = side4 * (total - q2 - elbow[i]), q5, q6
-            count += 1
-    return count
+            q2, row = turn_between(n, y, a), 2 * k + i
+            there[row] = 1
+            Q[row, 0], Q[row, 1], Q[row, 2] = q1, q2, side3 * elbow[i]
+            Q[row, 3], Q[row, 4], Q[row, 5] = side4 * (total - q2 - elbow[i]), q5, q6
 
 
 @part
@@ -337,7 +352,7 @@ def solve_screws(arm: ScrewArm, R: Array, p: Array, near: Array, Q: Array, why: 
 
     Fills Q (K, 6), K at least 8, each angle on the turn nearest to `near` (6,), and why (K,): BRANCH_OK or BRANCH_OUT_OF_REACH.
     Where two axes are one the angle of the first of them stays at `near`'s. Returns how many there are. A row is a branch that a
-    path can be followed on, except where the first three axes neither meet, nor are parallel, nor read so backwards.
+    path can be followed on.
     """
     M, d = np.empty((3, 3)), np.empty(3)
     for r in range(3):
@@ -349,18 +364,18 @@ def solve_screws(arm: ScrewArm, R: Array, p: Array, near: Array, Q: Array, why: 
             )
     if arm.mirrored:
         put_back(M, d)
-    close, rows = np.empty(6), np.empty((8, 6))
+    close, rows, there = np.empty(6), np.empty((8, 6)), np.zeros(8, np.int64)
     for i in range(6):
         close[i] = near[5 - i] if arm.mirrored else near[i]
     if arm.family == WRIST:
-        found = _by_wrist(arm.h, arm.o, M, d, close, rows)
+        _by_wrist(arm.h, arm.o, M, d, close, rows, there)
     else:
-        found = _by_parallels(arm.h, arm.o, M, d, close, rows)
+        _by_parallels(arm.h, arm.o, M, d, close, rows, there)
     for k in range(why.shape[0]):
         why[k] = BRANCH_OUT_OF_REACH
     count = 0
-    for k in range(found):
-        if not polish(arm.true_h, arm.true_o, M, d, rows[k]):
+    for k in range(8):
+        if not there[k] or not polish(arm.true_h, arm.true_o, M, d, rows[k]):
             continue
         for i in range(6):
             j = 5 - i if arm.mirrored else i

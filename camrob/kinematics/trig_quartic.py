@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from camrob.compiled import part
 from camrob.kinematics.subproblems import cone
 
-__all__ = ["conic_angles", "square_onto"]
+__all__ = ["conic_angles", "lasting_angles", "square_onto"]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 _DEGREE = 1e-13  # of the largest coefficient, below which the second harmonic is none
 _ROUND = 1e-3  # how far from the unit circle a double root may have come by rounding, whose square root it feels
@@ -86,3 +87,36 @@ def conic_angles(f: Array, out: Array) -> int:
             out[count] = angle
             count += 1
     return count
+
+
+@part
+def lasting_angles(f: Array, axis: float, out: Array, there: Ints) -> int:
+    """`conic_angles`, each at the place of out (4,) that it keeps while the form changes; there (4,): 1 at those that are taken.
+
+    Round the circle the form falls and rises through its zeros in turn, and a zero changes from the one to the other only where
+    two become one: the falling ones come first, the rising ones last. Two that do the same are told apart by the side of
+    `axis` that they lie on, where the form is to have an extreme or nearly so: the left one stands before the right one.
+    """
+    angles = np.empty(4)
+    found = conic_angles(f, angles)
+    for k in range(4):
+        there[k] = 0
+    for k in range(found):
+        angle = angles[k]
+        _value_there, slope = _value(f, angle)
+        first = 0 if slope < 0.0 else 2
+        side = np.sin(angle - axis)
+        place = first if side > 0.0 else first + 1
+        if there[place] and not there[2 * first + 1 - place]:
+            # both on one side: the one more to the left stands first
+            other = out[place]
+            before, after = (angle, other) if side > np.sin(other - axis) else (other, angle)
+            out[first], out[first + 1] = before, after
+            there[first] = there[first + 1] = 1
+            continue
+        if there[place]:  # three of one kind are rounding about a double one
+            place = 0
+            while there[place]:
+                place += 1
+        out[place], there[place] = angle, 1
+    return found
