@@ -17,6 +17,7 @@ _DEGREE = 1e-13  # of the largest coefficient, below which the second harmonic i
 _ROUND = 1e-3  # how far from the unit circle a double root may have come by rounding, whose square root it feels
 _ZERO = 1e-11  # of the largest coefficient: what a root may leave over
 _SAME = 1e-9  # rad apart, two roots are one
+_STEP = 0.1  # rad that an extreme is sought at a time
 _POLISHES = 6  # steps of Newton's method
 
 
@@ -90,27 +91,44 @@ def conic_angles(f: Array, out: Array) -> int:
 
 
 @part
+def _extreme(f: Array, angle: float) -> float:
+    """The angle next to a given one at which the form rises no more or falls no more, by Newton's method."""
+    for _again in range(_POLISHES):
+        c, s = np.cos(angle), np.sin(angle)
+        slope = -f[1] * s + f[2] * c + 2.0 * (f[5] - f[3]) * c * s + f[4] * (c * c - s * s)
+        bend = -f[1] * c - f[2] * s + 2.0 * (f[5] - f[3]) * (c * c - s * s) - 4.0 * f[4] * c * s
+        if abs(slope) > _STEP * abs(bend):
+            angle -= np.copysign(_STEP, slope * bend)
+        elif bend != 0.0:
+            angle -= slope / bend
+    return float(angle)
+
+
+@part
 def lasting_angles(f: Array, axis: float, out: Array, there: Ints) -> int:
     """`conic_angles`, each at the place of out (4,) that it keeps while the form changes; there (4,): 1 at those that are taken.
 
     Round the circle the form falls and rises through its zeros in turn, and a zero changes from the one to the other only where
-    two become one: the falling ones come first, the rising ones last. Two that do the same are told apart by the side of
-    `axis` that they lie on, where the form is to have an extreme or nearly so: the left one stands before the right one.
+    two become one: the falling ones come first, the rising ones last. Two that do the same are told apart by the half of the
+    circle that they lie in, on the left of `axis` or on the right, between the extremes that the form is to have near `axis`
+    and opposite: the left one stands before the right one.
     """
     angles = np.empty(4)
     found = conic_angles(f, angles)
     for k in range(4):
         there[k] = 0
+    start, end = _extreme(f, axis), _extreme(f, axis + np.pi)
+    middle, edge = 0.5 * (start + end), np.cos(0.5 * (end - start))
     for k in range(found):
         angle = angles[k]
         _value_there, slope = _value(f, angle)
         first = 0 if slope < 0.0 else 2
-        side = np.sin(angle - axis)
-        place = first if side > 0.0 else first + 1
+        left = np.cos(angle - middle)
+        place = first if left > edge else first + 1
         if there[place] and not there[2 * first + 1 - place]:
             # both on one side: the one more to the left stands first
             other = out[place]
-            before, after = (angle, other) if side > np.sin(other - axis) else (other, angle)
+            before, after = (angle, other) if left > np.cos(other - middle) else (other, angle)
             out[first], out[first + 1] = before, after
             there[first] = there[first + 1] = 1
             continue
@@ -119,4 +137,4 @@ def lasting_angles(f: Array, axis: float, out: Array, there: Ints) -> int:
             while there[place]:
                 place += 1
         out[place], there[place] = angle, 1
-    return found
+    return int(found)

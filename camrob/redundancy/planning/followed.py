@@ -97,7 +97,7 @@ def follow_plan(
 def _tear(space: PlanSpace, draft: Draft) -> tuple[int, int] | None:
     """The waypoint of a draft and which of A1 to A3 jumps most on the way there, on one branch by name; None where none does.
 
-    The rows of `solve_screws` keep no order along a path where the first three axes neither meet nor are parallel.
+    Of cuspidal arms two rows of `solve_screws` may change places between singular postures.
     """
     if space.screws is None or len(draft) < 2:
         return None
@@ -111,7 +111,8 @@ def _torn_arm(cell: Cell, path: ToolPathInBase, k: int, axis: int, w: Waypoints,
     name = cell.axis_names[axis]
     return JobError(
         f"this arm's postures can't be told apart along the path ({name} jumps by {moved:.0f} degrees within what should be one "
-        "branch), as where the first three axes neither meet nor are parallel, so that no plan can be made; use --method vjm",
+        "branch), as of arms that pass from one posture of a pose to another without a singular one between, so that no plan can "
+        "be made; use --method vjm",
         line=int(path.line[point]),
         axis=name,
     )

@@ -1,13 +1,18 @@
-"""Plans for arms whose wrist is no sphere: a UR10e on the KR15's track, roll free."""
+"""Plans for arms without a machine tool builder's geometry: a UR10e on the KR15's track, and the KR15 with an A2 askew."""
 
 from __future__ import annotations
 
+import re
+import shutil
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from follower_twins import CELL
 
+import camrob
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.kinematics.arm import Arm
@@ -67,3 +72,50 @@ def test_a_ur10e_is_planned_and_does_not_fall_back() -> None:
     assert np.abs(np.diff(q[:, cell.arm_slice], axis=0)).max() < deg_to_rad(10.0)
     report = solution.plan
     assert report is not None and np.all(solution.inv_kf <= report.bound + 1e-6)
+
+
+def chain(toml: Path, q: np.ndarray) -> np.ndarray:
+    """Tips (N, 3), mm, in `base` of postures q (N, n), SI, by the rows of a cell.toml, multiplied out here."""
+    cell = tomllib.loads(toml.read_text())
+    T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
+    for joint, value in zip(cell["joint"][:-1], q.T, strict=False):  # the roll moves no tip
+        row, turns = joint["dh"], joint["type"] == "revolute"
+        theta = np.radians(row["theta_deg"]) + turns * value
+        c, s = np.cos(theta), np.sin(theta)
+        ca, sa = np.cos(np.radians(row["alpha_deg"])), np.sin(np.radians(row["alpha_deg"]))
+        step = np.zeros((len(q), 4, 4))
+        step[:, 0] = np.stack([c, -s * ca, s * sa, row["a_mm"] * c], axis=1)
+        step[:, 1] = np.stack([s, c * ca, -c * sa, row["a_mm"] * s], axis=1)
+        step[:, 2, 1], step[:, 2, 2], step[:, 2, 3], step[:, 3, 3] = (
+            sa,
+            ca,
+            row["d_mm"] + (not turns) * 1e3 * value,
+            1.0,
+        )
+        T = T @ step
+    assert cell["kinematics"]["wrist_to_flange"] == [0, 0, 0, 0, 0, 180]
+    x, y, z = cell["tool"]["flange_to_tool"][:3]  # seen from a plate turned about X
+    return np.asarray((T @ np.array([x, -y, -z, 1.0]))[:, :3])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", [0.3, 2])
+def test_beside_an_a2_askew_the_engraving_is_planned_and_does_not_fall_back(degrees: float, tmp_path: Path) -> None:
+    folder = tmp_path / "askew"
+    shutil.copytree(CELL.folder, folder, ignore=shutil.ignore_patterns("poses.csv"))
+    toml = folder / "cell.toml"
+    text, plain = toml.read_text(), "alpha_deg = 0, a_mm = 650"
+    assert text.count(plain) == 1
+    toml.write_text(text.replace(plain, f"alpha_deg = {degrees}, a_mm = 650"))
+    part = CELL.folder.parents[1] / "toolpaths" / "engraving" / "engraving.cls"
+    result = camrob.post(part, cell=folder, out=tmp_path, method="planned", report=False)
+    assert result.summary.method == "planned"
+    assert not {"plan-collides", "plan-fell-back"} & {f.code for f in result.summary.warnings}
+    with np.load(tmp_path / "engraving.path.npz") as path:
+        tips = chain(toml, path["q"])
+    program = (tmp_path / "engraving.src").read_text()
+    targets = re.findall(r"E6POS: X (\S+?),Y (\S+?),Z (\S+?),", program)
+    assert len(targets) > 100
+    off = np.array([np.linalg.norm(tips - target, axis=1).min() for target in np.array(targets, float)])
+    assert np.all((off < 0.002) | (np.abs(off - 40.0) < 0.002))  # void motions are lifted by the set-up's clearance
+    assert np.count_nonzero(off < 0.002) > 150
