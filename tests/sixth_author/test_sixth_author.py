@@ -70,9 +70,10 @@ def test_what_is_measured_on_a_table_turns_with_it() -> None:
 def test_families_hold_what_their_page_says_and_share_no_machine() -> None:
     for family, count in COUNTS.items():
         plan = planned(family)
-        assert Counter(kind for kind, _ in plan) == count
-        assert sum(k in ("outside", "mixed") for k, _ in plan) >= 0.2 * len(plan)
-        assert len({about for _, about in plan if about in MAKERS}) >= 0.95 * len(MAKERS)
+        assert Counter(kind for kind, _, _ in plan) == count
+        assert sum(k in ("outside", "mixed") for k, _, _ in plan) >= 0.2 * len(plan)
+        assert sum(share is not None for _, _, share in plan) >= 0.5 * len(plan)
+        assert len({about for _, about, _ in plan if about in MAKERS}) >= 0.95 * len(MAKERS)
     assert not {m.__name__ for m in cells.DEV} & {m.__name__ for m in cells.SEALED}
 
 
@@ -97,14 +98,10 @@ def _chain(path: Path) -> Machine:
     )
 
 
-@pytest.mark.parametrize(
-    ("family", "kind"), [("DEV", "one"), ("DEV", "outside"), ("SEALED", "two"), ("SEALED", "outside")]
-)
-def test_files_hold_what_the_label_says_as_read_by_the_other_formula(family, kind, tmp_path) -> None:
-    for number, (is_kind, _) in enumerate(planned(family)):
-        if is_kind == kind and not (case := made(family, number)).log["drives"] and case.log["frame"] != "unknown":
-            if case.log["target"] == "tool" and case.log["noise"] == "white":
-                break
+@pytest.mark.parametrize(("family", "number"), [("DEV", 38), ("DEV", 4), ("SEALED", 7), ("SEALED", 12)])
+def test_files_hold_what_the_label_says_as_read_by_the_other_formula(family, number, tmp_path) -> None:
+    case = made(family, number)
+    assert case.log["frame"] != "unknown" and case.log["target"] == "tool" and case.log["noise"] == "white"
     told = label(case, look=False)
     quiet = replace(case, named=[], nameless=[], left=[], runs=case.runs[-1:])
     write(quiet, tmp_path / "quiet")
@@ -121,11 +118,9 @@ def test_files_hold_what_the_label_says_as_read_by_the_other_formula(family, kin
             axes = machine.still(axes)
         seen = np.stack([log[k] for k in "xyz"], 1)
         off = seen - np.array([by_exponentials(machine, v)[:3, 3] for v in axes]) * 1e3
-        far = np.linalg.norm(off, axis=1)  # of noise by its median, which gross rows don't move
-        sizes[name] = 1.126 * np.median(far) if name == "quiet" else rms(off)
-    assert sizes["quiet"] == pytest.approx(told["noise_mm"], rel=0.3)
-    gross = case.log["gross"] * 3 * max(0.6, 25 * case.sigma) ** 2
-    assert sizes["wrong"] == pytest.approx(np.sqrt(told["perfect"]["rms_before_mm"] ** 2 + gross), rel=0.35)
+        sizes[name] = rms(off)
+    assert sizes["quiet"] == pytest.approx(told["noise_mm"], rel=0.2)
+    assert sizes["wrong"] == pytest.approx(told["perfect"]["rms_before_mm"], rel=0.1)
     alone = [rms(off_by(case.runs[-1], [c], False)) for c in (*case.named, *case.nameless)]
     assert alone == pytest.approx([e["rms_mm"] for e in (told["effects"] or told["foreign"]).values()], rel=1e-6)
     assert min(alone) > 0.5 * told["noise_mm"]

@@ -21,6 +21,11 @@ POSES = {
     "measurement_drift",
 }  # fmt: skip
 DRIVES = {"servo_lag", "friction", "setpoint_delay", "motor_commutation"}
+INNER = {
+    *DRIVES,
+    "limit_cycle",
+    "starved_bus",
+}  # between set-point and encoder: nothing of them shows without set-points
 ONE_AXIS = {
     "backlash", "hysteresis", "gear_ripple", "acceleration_error", "latency", "measurement_scale", "measurement_drift", *DRIVES,
 }  # fmt: skip
@@ -30,6 +35,7 @@ COUNTS = {
     "DEV": {"none": 4, "outside": 6, "mixed": 3, "one": 12, "two": 9, "three": 4, "four": 2},
     "SEALED": {"none": 6, "outside": 10, "mixed": 4, "one": 18, "two": 13, "three": 6, "four": 3},
 }
+LEFT = 0.65  # of those with something wrong: a leftover beside it
 FIRST = {"DEV": 61000, "SEALED": 62000}
 MANY = {"none": 0, "outside": 0, "mixed": 1, "one": 1, "two": 2, "three": 3, "four": 4}
 
@@ -73,7 +79,7 @@ def noise_of(run, sigma, log):
 
 
 def planned(family):
-    """[(kind, the name or nameless cause that the case is about)] of a family, by its number."""
+    """[(kind, the name or nameless cause that it is about, share of the leftovers' range or None)] of a family's cases."""
     rng = np.random.default_rng([FIRST[family], 7])
     names, strange = list(MAKERS), list(foreign.DEV if family == "DEV" else foreign.SEALED)
     rng.shuffle(names)
@@ -90,7 +96,11 @@ def planned(family):
                 out.append((kind, names[at % len(names)]))
                 at += 1
     rng.shuffle(out)
-    return [(str(k), str(n)) for k, n in out]
+    wrong = [i for i, (kind, _) in enumerate(out) if kind != "none"]
+    rng.shuffle(wrong)
+    some = wrong[: round(LEFT * len(wrong))]
+    share = {i: (k + 0.5) / len(some) for k, i in enumerate(some)}
+    return [(str(k), str(n), share.get(i)) for i, (k, n) in enumerate(out)]
 
 
 def fits(name, machine, show, tied, force):
@@ -134,7 +144,7 @@ def _log_of(rng, machine, show, about, sigma):
         log["frame"] = "unknown"
     if about != "frame_tool" and not one and rng.random() < 0.25:
         log["target"] = "unknown"
-    if show == "path" and rng.random() < 0.2 and about not in DRIVES:
+    if show == "path" and rng.random() < 0.2 and about not in INNER:
         log["encoders" if rng.random() < 0.5 else "setpoints"] = False
     if show == "poses" and rng.random() < 0.5:
         log["setpoints"] = False
@@ -142,7 +152,7 @@ def _log_of(rng, machine, show, about, sigma):
     log["masses"] = bool(rng.random() < 0.6)
     log["torque"] = show == "drives" or (show == "path" and rng.random() < 0.25)
     log["temp"] = (about == "thermal_drift" and rng.random() < 0.6) or rng.random() < 0.2
-    log["told"] = bool(rng.random() < 0.8)
+    log["told"] = bool(rng.random() < 0.8) or show == "poses"  # a few poses can't show it, so the contract asks for it
     log["noise"] = str(rng.choice(["white", "white", "correlated", "by range"]))
     log["gross"] = float(rng.choice([0, 0, 0.01, 0.04]))
     log["sigma_axis_deg"], log["sigma_axis_mm"] = float(rng.choice([2e-4, 5e-4, 1e-3])), 0.002
@@ -225,15 +235,15 @@ def sized(cause, run, log, target, most):
 def made(family, number) -> Case:
     """Case `number` (from 0) of a family."""
     second = family == "SEALED"
-    kind, about = planned(family)[number]
+    kind, about, share = planned(family)[number]
     for attempt in range(40):
-        case = _try(family, number, attempt, kind, about, second)
+        case = _try(family, number, attempt, kind, about, share, second)
         if case is not None:
             return case
     raise RuntimeError(f"{family} {number}: no case about {about} came out in 40 draws")
 
 
-def _try(family, number, attempt, kind, about, second):
+def _try(family, number, attempt, kind, about, share, second):
     rng = np.random.default_rng([FIRST[family] + number, attempt])
     machines = [m() for m in (cells.SEALED if second else cells.DEV)]
     show = _shown(rng, about, kind, second)
@@ -261,20 +271,17 @@ def _try(family, number, attempt, kind, about, second):
     runs = _runs(rng, seen, show, about, second, log, force)
     key = f"{family.lower()}{number:02d}"
     case = Case(key, family, kind, machine, log, runs, sigma)
-    return case if _filled(case, rng, number, attempt, about, second, show, force) else None
+    return case if _filled(case, rng, about, share, second, show, force) else None
 
 
-def _filled(case, rng, number, attempt, about, second, show, force):
+def _filled(case, rng, about, share, second, show, force):
     """Draw what is wrong; False where it doesn't come out as it should."""
     machine, log, last, noise = case.runs[0].machine, case.log, case.runs[-1], case.noise
-    own, rest = (
-        np.random.default_rng([FIRST[case.family] + number, 99]),
-        0.0,
-    )  # the same in every draw: none is favoured
-    if case.kind != "none" and own.random() < 0.63:
+    rest = 0.0
+    if share is not None:
         draw = foreign.drives_rest(machine, rng, second) if log["drives"] else None
         draw = draw or (foreign.elastic_rest if second else foreign.fourier_twists)(machine, rng)
-        want = min(noise * 30 ** (own.random() if attempt < 20 else rng.random()), 1.2)
+        want = min(noise * 30**share, 1.2)
         cause, rest = sized(draw, last, log, want, 1e4)
         if cause is None:
             return False
@@ -284,6 +291,7 @@ def _filled(case, rng, number, attempt, about, second, show, force):
         able = [n for n in MAKERS if n not in names and fits(n, machine, show, last.tied, force)]
         able = [n for n in able if not (n == "frame_base" and log["frame"] == "unknown")]
         able = [n for n in able if not (n == "frame_tool" and log["target"] == "unknown")]
+        able = [n for n in able if log["setpoints"] or n not in INNER]
         if not able:
             return False
         names.append(str(rng.choice(able)))
