@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.joint import Role
 from camrob.gap.effects.common import found_once, moved, shows
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
+from camrob.gap.observation.noise import plain_gap
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import play, play_at_rest
 from camrob.units import deg_to_rad, mm_to_m
@@ -60,7 +61,7 @@ def _sides_apart(scenes: Sequence[Scene]) -> dict[str, float]:
             for s in scenes
         ]
     )
-    y = np.concatenate([s.tcp_gap[::step, :3].ravel() for s in scenes])
+    y = np.concatenate([plain_gap(s)[::step, :3].ravel() for s in scenes])
     scale = np.maximum(np.linalg.norm(X, axis=0), 1e-300)
     values = np.linalg.lstsq(X / scale, y, rcond=_RANK)[0] / scale
     return dict(zip(axes, values[-len(axes) :].tolist() if axes else [], strict=True))

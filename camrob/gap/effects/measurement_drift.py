@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.gap.effects.common import PLACES, place_parameters
 from camrob.gap.effects.effect import Column, Effect, State, Unit
+from camrob.gap.observation.noise import plain_gap
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
 from camrob.units import deg_to_rad, mm_to_m
@@ -28,16 +29,18 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     names = [f"drift_{p}" for p in PLACES]
     units = [Unit("measurement_drift", "", place_parameters(names, _SHIFT, _TURN), _CHOICES, "steady")]
     for scene in scenes:
-        moment = _moment(scene)
-        if moment is not None:
+        slip = _moment(scene)
+        if slip is not None:
             slipped = place_parameters([f"slip_{p}" for p in PLACES], _SLIP, _SLIP_TURN)
-            units.append(Unit("measurement_drift", "", slipped, _MOMENTS, f"slip {moment:.6f} {scene.name}"))
+            units.append(Unit("measurement_drift", "", slipped, _MOMENTS, f"slip {slip[0]:.6f} {slip[1]} {scene.name}"))
     return tuple(units)
 
 
-def _moment(scene: Scene) -> float | None:
-    """s: where the mean gap, seen in the tool's axes, changes most from before to after; None for a short log."""
-    gap = np.einsum("nij,ni->nj", scene.nominal[:, :3, :3], scene.tcp_gap[:, :3])
+def _moment(scene: Scene) -> tuple[float, int] | None:
+    """Where the mean gap, seen in the tool's axes, changes most from before to after: s, and the number of the last sample before
+    it, from 1; None for a short log.
+    """
+    gap = np.einsum("nij,ni->nj", scene.nominal[:, :3, :3], plain_gap(scene)[:, :3])
     count, edge = len(gap), max(6, int(_EDGE * len(scene)))
     cut = np.arange(edge, count - edge)
     if len(cut) == 0:
@@ -46,7 +49,7 @@ def _moment(scene: Scene) -> float | None:
     after = gap.sum(axis=0) - before
     apart = np.sum((before / cut[:, None] - after / (count - cut)[:, None]) ** 2, axis=1) * cut * (count - cut)
     first = int(cut[int(np.argmax(apart))])
-    return float(0.5 * (scene.t[first - 1] + scene.t[first]))
+    return float(0.5 * (scene.t[first - 1] + scene.t[first])), first
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
@@ -56,14 +59,25 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         twists = left_twists(scene.nominal)
         course = (scene.t - scene.t[0]) / max(float(np.ptp(scene.t)), 1e-9)
     else:
-        moment, _, name = rest.partition(" ")
+        moment, _, name = rest.split(" ", 2)
         twists = right_twists(scene.nominal)
         course = ((scene.t >= float(moment)) & (scene.name == name)).astype(float)
     return tuple(Column(tcp=twists[:, :, k] * course[:, None]) for k in range(6))
 
 
-def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
-    return "it moved, or its target slipped, while it measured"
+def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[str]) -> str:
+    said = []
+    for key in sorted(keys):
+        kind, _, rest = key.partition(" ")
+        part = "drift" if kind == "steady" else kind
+        size = float(np.linalg.norm([values.get(f"{part}_{p}_mm", 0.0) for p in PLACES[:3]]))
+        how = f"it moved steadily, by {size:.2g} mm over a log"
+        if rest:
+            moment, sample, name = rest.split(" ", 2)
+            when = f"behind sample {sample} of {name} (t = {float(moment):.6g} s)"
+            how = f"its target slipped on the tool by {size:.2g} mm {when}"
+        said.append(how)
+    return "; ".join(said) or "it moved, or its target slipped, while it measured"
 
 
 EFFECT = Effect(

@@ -23,7 +23,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return tuple(Column(tcp=twists[:, :, k].copy()) for k in range(6))
 
 
-def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
+def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[str]) -> str:
     return "its frame is not where it was said to be"
 
 

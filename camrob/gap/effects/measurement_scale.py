@@ -39,7 +39,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     return tuple(Column(tcp=twists[:, :, k] - twists[:, :, 2]) for k in range(2))
 
 
-def _accuses(values: Mapping[str, float], alike: Sequence[str]) -> str:
+def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[str]) -> str:
     if "scale" not in values:
         return ""
     here = f" (here: {', '.join(alike)})" if alike else ""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.common import found_once
+from camrob.gap.observation.noise import plain_gap
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["CHOICES", "SHIFTS", "TURNS", "piece", "rail_joints"]
@@ -57,7 +58,7 @@ def _searched(scenes: Sequence[Scene], axis: str) -> tuple[float, ...]:
     tried = tried[(tried > within[0]) & (tried < within[1])]
     step = max(1, len(travel) // _ROWS)
     rows = [np.arange(0, len(s), step) for s in scenes]
-    y = np.concatenate([s.tcp_gap[r, :3].ravel() for s, r in zip(scenes, rows, strict=True)])
+    y = np.concatenate([plain_gap(s)[r, :3].ravel() for s, r in zip(scenes, rows, strict=True)])
     Q = _columns_apart(np.concatenate([_others(s, axis, r, low, high) for s, r in zip(scenes, rows, strict=True)]))
     left = y - Q @ (Q.T @ y)
     found: list[float] = []

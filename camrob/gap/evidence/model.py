@@ -75,8 +75,9 @@ class Model:
 
     @property
     def gap(self) -> float:
-        """3-D rms of the whole gap, m."""
-        return float(np.sqrt(np.mean([np.mean(np.sum(whole_gap(p) ** 2, axis=1)) for p in self.panels])))
+        """3-D rms of the whole gap, m, where it was measured and is not gross."""
+        told = [whole_gap(p)[good] for p in self.panels if (good := p.w_tcp[:, 0] > 0.0).any()]
+        return float(np.sqrt(np.mean([np.mean(np.sum(g**2, axis=1)) for g in told])))
 
     @property
     def discrepancy(self) -> float:

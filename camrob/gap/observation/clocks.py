@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from camrob.gap.observation.noise import plain_gap
 from camrob.gap.observation.scene import Scene
 from camrob.summaries.diagnosis_summary import Latency
 
@@ -42,10 +43,11 @@ def align(scenes: Sequence[Scene]) -> Alignment:
         v = scene.velocity(scene.nominal[:, :3, 3])
         if float(np.sqrt(np.mean(v**2))) < _LEAST_SPEED:
             continue
+        gap = plain_gap(scene)[:, :3]
         for rows in np.array_split(np.arange(len(scene)), _BLOCKS):
             if len(rows) < 20:
                 continue
-            dv, dg = v[rows] - v[rows].mean(axis=0), scene.tcp_gap[rows, :3] - scene.tcp_gap[rows, :3].mean(axis=0)
+            dv, dg = v[rows] - v[rows].mean(axis=0), gap[rows] - gap[rows].mean(axis=0)
             power = float(np.sum(dv**2))
             if power > 0.0:
                 estimates.append((-float(np.sum(dv * dg)) / power, power))

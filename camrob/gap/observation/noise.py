@@ -13,7 +13,7 @@ from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import robust_sigma
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["Noise", "find_outliers", "noise_left", "noise_of"]
+__all__ = ["Noise", "find_outliers", "noise_left", "noise_of", "plain_gap"]
 
 Array = NDArray[np.float64]
 
@@ -121,6 +121,18 @@ def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
         spread = np.maximum(1.4826 * np.median(off, axis=0), noise.tcp[:3])
         out[run] = (off > _OUTLIER * spread).any(axis=1)
     return out
+
+
+def plain_gap(scene: Scene) -> Array:
+    """(N, 6) the gap, that of gross rows what lies between their neighbours': for sums that weigh all rows alike."""
+    key = ("plain gap",)
+    if key not in scene.found:
+        gap, kept = scene.tcp_gap, ~find_outliers(scene, noise_of(scene))
+        if not kept.all() and kept.any():
+            rows = np.arange(len(scene))
+            gap = np.stack([np.interp(rows, rows[kept], g[kept]) for g in gap.T], axis=1)
+        scene.found[key] = gap
+    return np.asarray(scene.found[key])
 
 
 def _gross_poses(scene: Scene, noise: Noise) -> NDArray[np.bool_]:

@@ -26,10 +26,12 @@ def instrument_suspect(model: Model, effects: Sequence[EffectFound]) -> Instrume
     values = {n: fit.value for e in claims.values() for n, fit in e.parameters.items()}
     steady = [v for n, v in values.items() if n.startswith("drift_") and n.endswith("_mm")]
     gross = [one for p in model.panels if (one := _gross(p)).rows]
+    keys = {n: [u.key for i, u in enumerate(model.units) if u.effect == n and i in model.best.members] for n in claims}
     accusations = [
         words
         for n, e in claims.items()
-        if e.claimed and (words := accuses[n]({k: v.value for k, v in e.parameters.items()}, e.indistinguishable_from))
+        if e.claimed
+        and (words := accuses[n]({k: v.value for k, v in e.parameters.items()}, e.indistinguishable_from, keys[n]))
     ]
     return InstrumentSuspect(
         suspect=max((e.probability for e in claims.values()), default=0.0),

@@ -55,6 +55,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _next(summary),
             section(f"The {what}, coloured by the error", _pair(space), _space_caption(summary, claimed=claimed)),
             section("Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, places[-2:])),
+            _instrument(summary),
             _missing(summary),
             _causes(summary),
             _shrunk(summary, shrunk),
@@ -157,6 +158,12 @@ def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
     if claimed:
         scale = f"Both pictures share one scale. Errors {withheld_text(summary)}: those behind the figures above."
     return _caption(f"Nominal TCP in the measured frame, to scale. {scale}")
+
+
+def _instrument(summary: DiagnosisSummary) -> str:
+    """What is said of the instrument, and which rows are gross; nothing where nothing is."""
+    said = [f"{one[0].upper()}{one[1:]}." for one in summary.instrument.text.split("; ") if one]
+    return section("The instrument and its readings", _bullets(said)) if said else ""
 
 
 def _missing(summary: DiagnosisSummary) -> str:

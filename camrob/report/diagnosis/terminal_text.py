@@ -89,6 +89,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     ]
     rows += [("sets", "; ".join(sets))] if len(sets) > 1 else []
     rows += [("unexplained", text) for text in unexplained(summary)]
+    rows += [("instrument", text) for text in summary.instrument.text.split("; ") if text]
     rows += [("lacking", text) for text in where.missing]
     rows += [("to do", f"{what}: {text}") for what, text in to_do(summary)]
     rows += [("timing", text) for text in timing_texts(summary)]
