@@ -41,6 +41,7 @@ from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
 from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
+from camrob.gap.observation.late_clock import brought_together
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
@@ -98,11 +99,13 @@ def diagnose(
     tell = progress or silent
     tell("reading the gap", 0.05)
     laid, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
-    scenes = fitted_scenes(logs, [_tooled(p, cell) for p in laid])
-    kept_out = [withheld_scene(log, _tooled(p, cell), scenes) for log, p in zip(withheld, others, strict=True)]
+    tooled, kept = [_tooled(p, cell) for p in laid], [_tooled(p, cell) for p in others]
+    clock, held = brought_together(logs, tooled), brought_together(withheld, kept)
+    scenes = fitted_scenes(clock.logs, tooled)
+    kept_out = [withheld_scene(log, own, scenes) for log, own in zip(held.logs, kept, strict=True)]
     effects = _taking_part(scenes, kept_out, library(without, extra), extra)
     tracks, by_stage, timings = _laid_beside(scenes, laid)
-    alignment = align([s for s in scenes if s.tracked])
+    alignment = align([s for s in scenes if s.tracked]).later(clock.delays)
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
     compared = [e for e in effects if not (in_world and e.hidden_in_world)]
@@ -121,7 +124,8 @@ def diagnose(
     # the gap is what frames that fit best leave, whatever explains it
     shown = first if relaid else model
     places = _places(shown, by_stage, timings)
-    said = _said(cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned)
+    late = {s.name: d for s, d in zip((*scenes, *kept_out), (*clock.delays, *held.delays), strict=True) if d}
+    said = _said(cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late)
     summary = with_corners(said, corners)
     tell("done", 1.0)
     return Diagnosis(
@@ -142,6 +146,7 @@ def _said(
     alignment: Alignment,
     verdict: Verdict,
     planned: Experiment | None,
+    late: Mapping[str, float],
 ) -> DiagnosisSummary:
     """All that is said of some logs, but for what lies between program and set-point."""
     return DiagnosisSummary(
@@ -163,7 +168,7 @@ def _said(
         logs=tuple(s.name for s in verdict.model.scenes),
         axes_report=axes_report(scenes),
         added_load=load_from_drives(scenes),
-        instrument=instrument_suspect(verdict.model, verdict.effects),
+        instrument=instrument_suspect(verdict.model, verdict.effects, late),
         compensable=verdict.handed.said,
         experiment=None if planned is None else planned.figures,
         standards=tuple(_standards(verdict.model, fitted_errors(verdict.model, verdict.members))),

@@ -43,6 +43,7 @@ _AXES_BESIDE = (
 _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT[: len(AXES)])
 _ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
 _COMMAS = 1.5  # times the cells of the header: then commas are decimals' too
+_BLANKS = ("nan", "null", "-")
 _TIMES = ("time", "timestamp", "seconds", "zeit")
 _EPOCH = 1e8  # s: no run lasts three years, so that the clock counts from 1970 or so: from the first row then
 _SLOW_CELLS = 20_000_000  # entries: 640 MB of places
@@ -120,7 +121,7 @@ def _check_names(names: Sequence[str], path: Path, *, timed: bool = True) -> Non
             )
         raise LogError(
             f"has a column {shown}",
-            hint=f"leave it out, or name it as the format does: {', '.join(COLUMNS)}",
+            hint=f"leave it out, say in [table.columns] of its .toml what it is, or name it as here: {', '.join(COLUMNS)}",
             path=path,
             line=1,
         )
@@ -209,6 +210,8 @@ def _slow_number(cell: bytes, name: str, path: Path, line: int) -> float:
         return float(text)
     shown = repr(text[:30].decode("utf-8", "replace"))
     hint = "leave a cell empty that was not measured, else give a finite number with a decimal point"
+    if shown.strip("'").lower() in _BLANKS:
+        hint += "; [table] in its .toml takes NaN, null and - for empty cells"
     raise LogError(f"{name} is {shown}", hint=hint, path=path, line=line)
 
 
@@ -251,6 +254,7 @@ def _check_time(t: Array, path: Path, lines: NDArray[np.int64]) -> None:
     if len(back):
         row = int(back[0]) + 1
         what = f"t is {t[row]:g} after {t[row - 1]:g}"
-        raise LogError(
-            what, hint="time has to advance from row to row: sort or split the log", path=path, line=int(lines[row])
-        )
+        hint = "time has to advance from row to row: sort or split the log"
+        if t[row] == t[row - 1]:
+            hint += ", or write [table] into its .toml, which counts rows once that say the same again"
+        raise LogError(what, hint=hint, path=path, line=int(lines[row]))

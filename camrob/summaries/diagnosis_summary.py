@@ -61,10 +61,14 @@ class Latency(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedValue(OpenSummary):
-    """A fitted value with its standard deviation, in the unit that the parameter's name ends with."""
+    """A fitted value with its standard deviation, in the unit that the parameter's name ends with.
+
+    usual: its ordinary size on such a machine, 0 where nobody has said.
+    """
 
     value: float
     std: float
+    usual: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

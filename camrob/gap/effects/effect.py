@@ -133,7 +133,7 @@ class Effect:
     zeros: its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the
     same where the measured frame is `world`. hidden_in_world: it is the other one of such a pair, and not looked for there.
     of_instrument: what it says of the instrument, for a person, from its values by parameter, from what these logs can't
-    tell it from, and from the keys of its units. of_machine: False where the tool itself is not elsewhere, only the reading of it. whole: whether these logs show
+    tell it from, and from its units' keys. of_machine: False where the tool is not elsewhere, only its reading. whole: logs show
     all of a unit's pattern; a part of a period is any smooth function, so that its name is no more than likely. at_reversals:
     its axis jumps where it turns round, by the sum of a unit's values to either side, and stands off by the first one between.
     wider: what machines that have it may do beyond the description (a drive of second order), as columns of which there is a

@@ -6,22 +6,39 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from camrob.gap.effects.common import arm_axes, constant
+from camrob.gap.effects.common import arm_axes, constant, found_once
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.unknown_frames import left_twists, right_twists
 from camrob.units import deg_to_rad
 
 __all__ = ["EFFECT"]
 
 _USUAL, _COMMON, _MOST = deg_to_rad(0.05), deg_to_rad(3.0), deg_to_rad(10.0)  # 2 degrees are ordinary after a crash
 _FAR = deg_to_rad(0.2)  # from here on the way is exact, no longer a straight line: that is wrong by 0.01 mm on 1.6 m
+_SHOWN = 1e-4  # of what it moves: less of a zero beside open frames is none
+_SOME, _RANK = 200, 1e-9  # rows that tell it; of the largest singular value
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     return tuple(
         Unit("joint_offset", a, (EffectParameter(f"{a}_deg", "deg", _USUAL, -_MOST, _MOST, _COMMON),))
         for a in arm_axes(scenes[0].cell)
+        if not found_once(scenes, ("zero in frames", a), lambda a=a: all(_in_frames(s, a) for s in scenes))  # type: ignore[misc]
     )
+
+
+def _in_frames(scene: Scene, axis: str) -> bool:
+    """Whether frames that nobody reported hold all that an axis's zero shows: A1's, for an instrument anywhere."""
+    rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
+    sides = ((left_twists, scene.frames.fitted_left), (right_twists, scene.frames.fitted_right))
+    free = [twists(scene.nominal[rows]) for twists, fitted in sides if fitted]
+    if not free or f"{axis}.zero" not in scene.places:
+        return False
+    seen = scene.seen[rows].ravel()
+    X, y = np.concatenate(free, axis=2).reshape(seen.size, -1)[seen], scene.place(f"{axis}.zero")[rows].ravel()[seen]
+    left = y - X @ np.linalg.lstsq(X, y, rcond=_RANK)[0]
+    return float(left @ left) < _SHOWN**2 * float(y @ y)
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:

@@ -11,10 +11,14 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.gap.observation.program_track import ProgramTrack
 from camrob.gap.observation.scene import Scene
 from camrob.measurement.log_info import MeasuredFrame
+from camrob.units import deg_to_rad
 
 __all__ = ["STAGES", "StageGaps", "lacking", "stage_gaps"]
 
 Array = NDArray[np.float64]
+
+_WHOLE_ARM = 5  # axes that turn: of fewer, small swings are ordinary
+_A_TURN, _SOME_OF_IT = deg_to_rad(2.0 * np.pi), deg_to_rad(0.5)  # as they read, were the numbers radians
 
 STAGES = ("program_to_setpoint", "setpoint_to_encoder", "encoder_to_tcp")
 
@@ -85,7 +89,21 @@ def lacking(scene: Scene) -> tuple[str, ...]:
         sentences.append(
             "no masses in the cell: what gives way under gravity can't be told apart: compliance, a leaning foot, another load"
         )
+    if not scene.tracked and _may_be_radians(scene):
+        sentences.append(
+            "no pose to check units by: no axis leaves 6.3 degrees; were these radians (angles in [table] of the .toml), all "
+            "sizes would be 57 times as large"
+        )
     return tuple(sentences)
+
+
+def _may_be_radians(scene: Scene) -> bool:
+    """Whether a whole arm stays within what a turn is in radians, and moves a good deal of it."""
+    turning = [k for k, a in enumerate(scene.axes) if not scene.cell.joints[scene.cell.index(a)].prismatic]
+    values = scene.link[:, turning]
+    if len(turning) < _WHOLE_ARM:
+        return False
+    return float(np.abs(values).max()) <= _A_TURN and float(np.ptp(values, axis=0).max()) > _SOME_OF_IT
 
 
 def _nominal(scene: Scene) -> Array:

@@ -38,7 +38,8 @@ def late_together(scenes: Sequence[Scene]) -> bool:
     off = [k for k in range(error.shape[1]) if rms[k] > _QUIET * noise[k] > 0.0 and np.ptp(speed[:, k]) > 0.0]
     if len(off) < _FEWEST:
         return False
-    told = [k for k in off if _share(error / noise, speed / noise, k, [j for j in off if j != k]) > _TOLD]
+    in_noises = np.where(noise > 0.0, noise, np.inf)
+    told = [k for k in off if _share(error / in_noises, speed / in_noises, k, [j for j in off if j != k]) > _TOLD]
     return len(told) >= _FEWEST and max(off, key=lambda k: rms[k] / noise[k]) in told
 
 

@@ -55,7 +55,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
         if mixed_up:
             at = int(np.argmax(off >= size))
             raise scene.log.error(
-                mixed_up, hint="correct the log, or let [table] in its .toml say so, and diagnose it again", at=at
+                mixed_up, hint="correct the log (or [table] in its .toml) or the cell, and diagnose it again", at=at
             )
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"

@@ -15,6 +15,7 @@ from camrob.summaries.diagnosis_summary import Latency
 __all__ = ["Alignment", "align"]
 
 _BLOCKS = 10  # a log, for the interval
+_ONE_CLOCK = 0.02  # s: of logs that are farther apart each has its own
 _LEAST_SPEED = 1e-4  # m/s: without motion a latency doesn't show
 
 
@@ -24,6 +25,15 @@ class Alignment:
 
     latency: float
     std: float
+
+    def later(self, delays: Sequence[float]) -> Alignment:
+        """The same with what the clocks of the logs were brought together by before; nothing that is the same for all shows
+        where that differs.
+        """
+        apart = float(np.ptp(delays)) if len(delays) else 0.0
+        if apart > _ONE_CLOCK:
+            return Alignment(math.nan, math.nan)
+        return Alignment(self.latency + float(np.mean(delays)), self.std) if any(delays) else self
 
     @property
     def summary(self) -> Latency:

@@ -1,16 +1,19 @@
-"""A log that can't be this cell's, tried as what may have been mixed up: frame, columns, rows, units, an axis's sign or zero."""
+"""A log that can't be this cell's, tried for what is wrong: frames, columns, rows, units, axes' signs or zeros, the cell."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.cell import Cell
+from camrob.gap.observation.mistaken_cells import corrected_cells
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.measurement.log import POSITION, MeasurementLog
-from camrob.measurement.log_info import MeasuredFrame
+from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["mistaken"]
@@ -20,6 +23,7 @@ Array = NDArray[np.float64]
 _SOME = 600  # rows that tell well enough
 _LEFT = 0.1  # of the gap that is left where a mistake is corrected, at the most
 _CLEARER = 0.5  # times the next best mending: then it is this one
+_FIT = 0.02  # of how far apart the readings lie, that is left at the most where frames are left open, which fit to much
 _LENGTHS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0}  # mm
 _ZEROS = (90.0, -90.0, 180.0)  # degrees by which makers and textbooks count axes differently
 
@@ -29,17 +33,41 @@ def mistaken(scene: Scene) -> str:
 
     scene: a log whose gap is incredible as it stands.
     """
-    rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
-    found = []
     turning = [a for a in scene.axes if not scene.cell.joints[scene.cell.index(a)].prismatic]
     sliding = [a for a in scene.axes if a not in turning]
-    for words, log in (*_corrected(scene.log), *_recounted(scene.log, turning, sliding)):
+    plain = [
+        (words, log, scene.cell) for words, log in (*_corrected(scene.log), *_recounted(scene.log, turning, sliding))
+    ]
+    cells = [(words, scene.log, cell) for words, cell in corrected_cells(scene.cell)]
+    one, two = ([(w, log, scene.cell) for w, log in _opened(scene.log, count)] for count in (1, 2))
+    units = list(_in_other_units(scene.log, turning))
+    with_frames = [(f"{w}, and {m}", o, scene.cell) for w, log in units for n in (1, 2) for m, o in _opened(log, n)]
+    # the fewest mistakes first, and those that leave no frame open
+    return (
+        _best(scene, [*plain, *cells])
+        or _best(scene, [(w, log, scene.cell) for w, log in units])
+        or _best(scene, one, opened=True)
+        or _best(scene, two, opened=True)
+        or _best(scene, with_frames, opened=True)
+    )
+
+
+def _best(scene: Scene, tried: Sequence[tuple[str, MeasurementLog, Cell]], *, opened: bool = False) -> str:
+    """Of mistakes, each with log and cell as if it had not been made, what the best one leaves, in words; "" for too much.
+
+    opened: they leave a frame open.
+    """
+    rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
+    found = []
+    for words, log, cell in tried:
         # neighbours belong together where rows are one off, so these are thinned only after
-        part = log if scene.poses else log.select(rows[rows < len(log)])
-        found.append((_size(make_scene(part, scene.cell)), words))
+        part = make_scene(log if scene.poses else log.select(rows[rows < len(log)]), cell)
+        place = part.measured[:, :3, 3]
+        apart = float(np.linalg.norm(place - place.mean(axis=0), axis=1).mean())
+        if not opened or _size(part) <= _FIT * apart:
+            found.append((_size(part), words))
     found.sort(key=lambda f: f[0])
-    size = _size(scene)
-    if not found or found[0][0] > _LEFT * size:
+    if not found or found[0][0] > _LEFT * _size(scene):
         return ""
     best, words = found[0]
     rivals = [w for other, w in found[1:] if best > _CLEARER * other]
@@ -75,8 +103,37 @@ def _corrected(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
             kept = slice(0, -1) if off > 0 else slice(1, None)
             moved = {n: np.roll(plain[n], -off) for n in POSITION}
             yield f"its readings stand one row {word} the poses that they belong to", made(**moved).select(kept)
+
+
+def _opened(log: MeasurementLog, count: int) -> Iterator[tuple[str, MeasurementLog]]:
+    """A log whose frame, or whose target, or both (count 2), are not what its facts say, or mean by silence."""
+    plain = {n: v for n, v in log.columns.items() if n not in ("a", "b", "c")}
+    told = {}
+    if log.info.measured_frame is not MeasuredFrame.UNKNOWN:
+        told['measured_frame = "unknown"'] = "x, y, z are in a frame of the instrument's own"
+    if log.info.target is not Target.UNKNOWN:
+        told['target = "unknown"'] = "the target that was measured is not the tool's tip"
+    for keys in combinations(told, count):
+        info = log.info
+        for key in keys:
+            frame = key.startswith("measured_frame")
+            info = (
+                replace(info, measured_frame=MeasuredFrame.UNKNOWN) if frame else replace(info, target=Target.UNKNOWN)
+            )
+        words = " and ".join(told[k] for k in keys)
+        yield f"{words} ({', '.join(keys)} in its .toml)", MeasurementLog(plain, info, log.path)
+
+
+def _in_other_units(log: MeasurementLog, turning: Sequence[str]) -> Iterator[tuple[str, MeasurementLog]]:
+    """Units of angles, of lengths, and of both mistaken at once, as by whoever writes SI into all columns."""
+    plain = {n: np.asarray(v) for n, v in log.columns.items() if n not in ("a", "b", "c")}
+    turned = {n: rad_to_deg(plain[n]) for a in turning for n in (a, f"c{a}") if n in plain}
+    yield "its axis values are in radians", MeasurementLog(plain | turned, log.info, log.path)
     for unit, factor in _LENGTHS.items():
-        yield f"its x, y, z are in {unit}", made(**{n: factor * np.asarray(plain[n]) for n in POSITION})
+        longer = {n: factor * plain[n] for n in POSITION}
+        yield f"its x, y, z are in {unit}", MeasurementLog(plain | longer, log.info, log.path)
+        words = f"its axis values are in radians and its x, y, z in {unit}"
+        yield words, MeasurementLog(plain | turned | longer, log.info, log.path)
 
 
 def _recounted(
@@ -97,7 +154,6 @@ def _recounted(
         for unit, factor in _LENGTHS.items():
             yield f"its {a} is in {unit}", made(**{a: factor * v})
     value = of(turning)
-    yield "its axis values are in radians", made(**{a: rad_to_deg(v) for a, v in value.items()})
     for a, v in value.items():
         yield f"its {a} is in radians", made(**{a: rad_to_deg(v)})
         yield f"its {a} counts the other way", made(**{a: -v})

@@ -241,7 +241,11 @@ def make_scene(
     fewest = _FRAME_POSES * max(1, sum(free)) if fitted and log.info.poses else LEAST if any(free) else least
     if whole.sum() < fewest:
         what = f"holds {int(whole.sum())} whole samples{_emptiest(log)}"
-        raise log.error(what, hint=f"give at least {fewest}", at=int(np.argmin(whole)))
+        shared = (
+            "; fewer do where its .toml names the log that has its frame (same_frame_as) or target (same_target_as)"
+        )
+        hint = f"give at least {fewest}{shared if any(free) else ''}"
+        raise log.error(what, hint=hint, at=int(np.argmin(whole)))
     kept = log.select(np.flatnonzero(whole))
     if all(usable.values()) and not log.info.poses and (jumping := goal_axes(kept, axes)):
         if not log.has_position:

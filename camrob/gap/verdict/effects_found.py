@@ -106,7 +106,9 @@ def _parameters(model: Model, own: Set) -> dict[str, FittedValue]:
     deviations = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
     return {
         parameter.name: FittedValue(
-            value=parameter.at_edge(float(model.best.mean[k])), std=parameter.at_edge(float(deviations[k]))
+            value=parameter.at_edge(float(model.best.mean[k])),
+            std=parameter.at_edge(float(deviations[k])),
+            usual=parameter.at_edge(parameter.usual),
         )
         for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True))
         if int(owner) in own

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,9 +17,13 @@ __all__ = ["instrument_suspect"]
 _ROWS = 20  # that are named
 
 
-def instrument_suspect(model: Model, effects: Sequence[EffectFound]) -> InstrumentSuspect:
+def instrument_suspect(
+    model: Model, effects: Sequence[EffectFound], late: Mapping[str, float] | None = None
+) -> InstrumentSuspect:
     """suspect: probability that an error of the instrument is at work; scale_ppm, drift_mm (its size over a log): as
     fitted, None where not; gross: by log, how many rows are, and the first of them by number (from 1) and time.
+
+    late: s by which readings came late, by log, taken off before.
     """
     accuses = {e.name: e.of_instrument for e in model.effects if e.of_instrument is not None}
     claims = {e.effect: e for e in effects if e.effect in accuses}
@@ -38,7 +42,7 @@ def instrument_suspect(model: Model, effects: Sequence[EffectFound]) -> Instrume
         scale_ppm=PPM * values["scale"] if "scale" in values else None,
         drift_mm=float(np.linalg.norm(steady)) if steady else None,
         gross=tuple(gross),
-        text=_words(accusations, gross),
+        text=_words(accusations, gross, late or {}),
     )
 
 
@@ -57,9 +61,15 @@ def _gross(panel: Panel) -> GrossRows:
     )
 
 
-def _words(accusations: Sequence[str], gross: Sequence[GrossRows]) -> str:
-    """What is said of the instrument by the effects that accuse it, and of gross rows."""
-    said = list(accusations)
+def _words(accusations: Sequence[str], gross: Sequence[GrossRows], late: Mapping[str, float]) -> str:
+    """What is said of the instrument: of its clock, by the effects that accuse it, and of gross rows."""
+    said = []
+    for log, seconds in late.items():
+        when = f"{abs(seconds):.3f} s {'after' if seconds > 0.0 else 'before'} the axis values that they belong to"
+        said.append(
+            f"the readings of {log} came {when}, and were brought to them first: give both recordings one clock"
+        )
+    said += accusations
     for one in gross:
         first = ", ".join(str(r.sample) for r in one.first)
         said.append(f"{one.rows} rows of {one.log} are gross and take no part (samples {first})")

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from camrob.summaries.diagnosis_summary import FittedValue
 
-__all__ = ["fitted", "measure", "mm", "parameter_words", "share", "sure", "to_mm", "values_of", "waves"]
+__all__ = ["fitted", "measure", "mm", "ordinary", "parameter_words", "share", "sure", "to_mm", "values_of", "waves"]
 
 _UNITS = {
     "_rad_nm": "rad/Nm",
@@ -22,6 +22,7 @@ _UNITS = {
     "_s": "s",
 }
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_ORDINARY, _MANY = 2.0, 10.0  # times an ordinary size
 _LEAST, _MOST = 1e-3, 1e5  # outside of these a power of ten stands behind
 
 
@@ -83,6 +84,23 @@ def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[st
     texts = [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:most] if abs(value) >= std]
     texts = texts or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:1]]
     return texts, len(known) - len(texts)
+
+
+def ordinary(parameters: Mapping[str, FittedValue]) -> str:
+    """How the largest of an effect's values, for its kind, compares with what such machines have; "" where nobody has said."""
+    known = {n: v for n, v in parameters.items() if v.usual > 0.0 and abs(v.value) >= v.std}
+    if not known:
+        return ""
+    name = max(known, key=lambda n: abs(known[n].value) / known[n].usual)
+    value, usual = abs(known[name].value), known[name].usual
+    (words, unit), times = parameter_words(name), value / usual
+    if times < _ORDINARY:
+        how = "is an ordinary size: such machines have about"
+    elif times < _MANY:
+        how = f"is {times:.1f} times what such machines ordinarily have, about"
+    else:
+        how = f"is {_plain(times, None, 2)} times what such machines ordinarily have, about"
+    return f"{words}, {measure(value, unit, 2)}, {how} {measure(usual, unit, 1)}"
 
 
 def waves(parameters: Mapping[str, FittedValue]) -> dict[tuple[str, str], float]:

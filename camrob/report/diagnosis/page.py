@@ -8,7 +8,7 @@ from typing import Any
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.bars import place_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_charts
-from camrob.report.diagnosis.numbers import measure, mm, share, sure, to_mm, values_of
+from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
 from camrob.report.diagnosis.sentences import (
     compensable_text,
@@ -187,6 +187,8 @@ def _causes(summary: DiagnosisSummary) -> str:
             f"alone {to_mm(e.rms_before_mm, e.alone.rms_after_mm)}",
             f"added last {to_mm(last.rms_before_mm, last.rms_after_mm)}",
         )
+        normal = ordinary(e.parameters) if e.claimed else ""
+        values += f"<br>{escape(normal)}" if normal else ""
         values += f"<br>seldom so large: {escape(e.unusual)}" if e.unusual else ""
         what = f'<p class="caption">{escape(e.physics)}</p>' if e.claimed and e.physics else ""
         cells = (f"{name}{axes}<br>{escape(sure(e.probability))} sure{what}", values, "<br>".join(map(escape, shrinks)))

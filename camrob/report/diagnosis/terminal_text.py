@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from camrob.report.diagnosis.numbers import mm, share, sure, to_mm
+from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
 from camrob.report.diagnosis.sentences import (
     between,
     compensable_text,
@@ -92,6 +92,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("instrument", text) for text in summary.instrument.text.split("; ") if text]
     rows += [("lacking", text) for text in where.missing]
     rows += [("to do", f"{what}: {text}") for what, text in to_do(summary)]
+    rows += [("normal", f"{e.effect}: {text}") for e in summary.claimed if (text := ordinary(e.parameters))]
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.standards]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]
