@@ -273,7 +273,8 @@ def test_inline_forms_of_the_spline_kind(tmp_path):
     line += "$APO = SAPO(LCPDAT1), $JERK = SJERK(LCPDAT1), $COLLMON_TOL_PRO[1] = USE_CM_PRO_VALUES(0) C_SPL"
     program = read(
         tmp_path,
-        f"$VEL.CP=0.1\nSPTP {{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}} {ptp}\nSLIN {{X 1,Y 2,Z 3,A 4,B 5,C 6}} {line}\nLIN {{X 3}}",
+        f"$VEL.CP=0.1\nSPTP {{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}} {ptp}\nSLIN {{X 1,Y 2,Z 3,A 4,B 5,C 6}} {line}\n"
+        "LIN {X 3,Y 2,Z 3,A 4,B 5,C 6}",
         data,
     )
     assert program.speed.tolist() == [0, 0.5, 0.1] and program.blend_mm[1] == 7 and np.isnan(program.blend_mm[2])
@@ -366,7 +367,7 @@ def test_numbers_are_those_of_float(tmp_path):
         ("GOTO A", 3, "GOTO"),
         ("IF $IN[1] THEN\n" + P0 + "ENDIF", 3, "IF whose course"),
         ("IF $IN[1] THEN\n$BASE = $NULLFRAME\nENDIF\n", 3, "IF whose course"),
-        ("LOOP\nUNKNOWN_CALL ( )\nENDLOOP", 3, "LOOP whose course"),
+        ("LOOP\nUNKNOWN_CALL ( )\nENDLOOP", 3, "LOOP without EXIT"),
         ("FOR I = 1 TO N\n" + P0 + "ENDFOR", 3, "FOR whose course"),
         ("FOR I = 1 TO 99999999\nHALT\nENDFOR", 4, "runs away|calls and passes"),
         ("P ( )", 3, "deep"),

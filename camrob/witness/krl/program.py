@@ -18,7 +18,7 @@ __all__ = ["Block", "Module", "Node", "Routine", "Rows", "beside", "data_lines",
 _HEAD = re.compile(
     r"(?:GLOBAL )?(?:DEF|DEFFCT (?P<type>[A-Z0-9_\[\]]+)) (?P<name>[A-Z_$][A-Z0-9_$]*) ?\((?P<inputs>.*)\)"
 )
-_OPENS = re.compile(r"(IF|FOR|WHILE|REPEAT|LOOP|SWITCH|SPLINE)\b(?! ?[=.\[(])")
+_OPENS = re.compile(r"(IF|WHILE|SWITCH)\b(?! ?[=.\[])|(FOR|REPEAT|LOOP|SPLINE)\b(?! ?[=.\[(])")
 _ENDS = {"IF": "ENDIF", "FOR": "ENDFOR", "WHILE": "ENDWHILE", "REPEAT": "UNTIL", "LOOP": "ENDLOOP"}
 _ENDS |= {"SWITCH": "ENDSWITCH", "SPLINE": "ENDSPLINE"}
 _PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}

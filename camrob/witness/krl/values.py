@@ -43,6 +43,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
 }
 _PAIR = r"[A-Z][A-Z0-9_]* -?\d+(?:\.\d+)?"
 _PLAIN = re.compile(rf"\{{ ?(?:(?P<type>[A-Z][A-Z0-9_]*) ?: ?)?(?P<pairs>{_PAIR}(?: ?, ?{_PAIR})*) ?\}}")
+_REALS = frozenset("X Y Z A B C A1 A2 A3 A4 A5 A6 E1 E2 E3 E4 E5 E6".split())  # components that are REAL
 _DEEP = 40  # brackets in brackets: no honest program nests deeper
 
 
@@ -106,6 +107,8 @@ class Variables:
                     if not isinstance(value, dict) or part not in value:
                         raise UnknownError(f"{name} has no value here")
                     value = value[part]
+                    if part in _REALS and isinstance(value, int):
+                        value = float(value)
                 return value
         raise UnknownError(
             f"{name} has no value here" if head.split("[")[0] in self.known else f"{name} is not known here"

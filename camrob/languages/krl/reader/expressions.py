@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.tokens import Token, shown
 
-__all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Unknown", "Value"]
+__all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Names", "Unknown", "Value"]
 
 _DEEPEST = 40  # nested brackets: deeper than a person writes, and short of Python's own limit
 _AFTER_VALUE = (",", "}", ")", "]")
@@ -46,9 +47,23 @@ class Mechanism:
 
 Value = int | float | bool | str | Enumerated | Aggregate | Mechanism | Unknown
 
+
+class Names(Protocol):
+    """What names in an expression stand for."""
+
+    def lookup(self, path: str) -> Value:
+        """The value under a name such as `$VEL.CP` or `BASE_DATA[1]`."""
+
+    def called(self, name: str, arguments: list[Value]) -> Value:
+        """The value of a function."""
+
+    def product(self, left: Value, right: Value) -> Value:
+        """left : right, by the geometric operator."""
+
+
 _LEVELS: tuple[tuple[str, ...], ...] = (
-    ("OR", "EXOR"),
-    ("AND",),
+    ("OR", "EXOR", "B_OR", "B_EXOR"),
+    ("AND", "B_AND"),
     ("==", "<>", "<", ">", "<=", ">="),
     ("+", "-"),
     ("*", "/"),
@@ -59,14 +74,13 @@ _LEVELS: tuple[tuple[str, ...], ...] = (
 class Expression:
     """A reader of expressions over the tokens of one statement. `at` is the place of the next token.
 
-    `lookup` gives the value under a name such as `$VEL.CP` or `BASE_DATA[1]`. Raises KrlError, without a place, for
-    what is no expression.
+    Raises KrlError, without a place, for what is no expression.
     """
 
-    def __init__(self, tokens: tuple[Token, ...], lookup: Callable[[str], Value], at: int = 0) -> None:
+    def __init__(self, tokens: tuple[Token, ...], names: Names, at: int = 0) -> None:
         self.tokens = tokens
         self.at = at
-        self._lookup = lookup
+        self._names = names
         self._depth = 0
 
     @property
@@ -101,7 +115,8 @@ class Expression:
         while self.next.kind in ("name", "sign") and self.next.text in _LEVELS[level]:
             operator = self.next.text
             self.at += 1
-            left = _combine(operator, left, self.value(level + 1))
+            right = self.value(level + 1)
+            left = self._names.product(left, right) if operator == ":" else _combine(operator, left, right)
         return left
 
     def _lone_number(self) -> int | float | None:
@@ -191,15 +206,15 @@ class Expression:
         if token.kind != "name":
             raise KrlError(f"a value is missing before {self.rest()!r}", hint="correct the statement")
         path = self.path()
-        return self._called(path) if self.next.text == "(" else self._lookup(path)
+        return self._called(path) if self.next.text == "(" else self._names.lookup(path)
 
     def _called(self, name: str) -> Value:
-        """The value of a function: only EK is known."""
+        """The value of a function."""
         arguments = self.arguments()
         if name == "EK" and len(arguments) == 3:
             frame = arguments[2]
             return Mechanism(frame if isinstance(frame, (Aggregate, Unknown)) else Unknown(name))
-        return Unknown(f"{name}(...)")
+        return self._names.called(name, arguments)
 
     def aggregate(self) -> Aggregate:
         """`{TYPE: NAME value, NAME value}`."""
@@ -259,6 +274,8 @@ def _arithmetic(operator: str, left: float, right: float) -> Value:
         if isinstance(left, int) and isinstance(right, int):
             return abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1)
         return left / right
+    if operator.startswith("B_") and isinstance(left, int) and isinstance(right, int):
+        return {"B_AND": left & right, "B_OR": left | right, "B_EXOR": left ^ right}[operator]
     values: dict[str, Callable[[], Value]] = {
         "+": lambda: left + right,
         "-": lambda: left - right,

@@ -85,7 +85,7 @@ class KrlMachine:
         """PTP, LIN, CIRC, PTP_REL or LIN_REL; plain: the one of these that a motion of the spline kind is run as."""
         self.statements[tokens[0].text] += 1
         word, _, relative = (plain or tokens[0].text).partition("_")
-        expression = Expression(tokens, self.variables.lookup, 1)
+        expression = Expression(tokens, self.variables, 1)
         targets = [self._target(expression, word, line)]
         if word == "CIRC":
             expression.expect(",")
@@ -101,11 +101,12 @@ class KrlMachine:
             targets = [None if t is None else stepped(self.rows, t, word, by_tool=by_tool) for t in targets]
         if word != "PTP":
             self._want_speed(self.rows.modal.speed, line)
+        elsewhere = self.rows.framed != (self.rows.modal.tool, self.rows.modal.base)
         kinds = {"LIN": [Motion.LIN], "CIRC": [Motion.CIRC_VIA, Motion.CIRC_END], "PTP": [Motion.PTP_POSE]}[word]
         for kind, target in zip(kinds, targets, strict=True):
             if target is None:
                 continue
-            merged(self.rows, target, word)
+            merged(self.rows, target, word, elsewhere=elsewhere, needed="XYZ" if kind is Motion.CIRC_VIA else "XYZABC")
             if word == "PTP" and target.axes is not None:
                 kind = Motion.PTP_AXES
             self.rows.add(
@@ -139,7 +140,7 @@ class KrlMachine:
     def bas(self, tokens: tuple[Token, ...], line: int) -> None:
         """`BAS (#COMMAND, value)`, as far as it changes what is modal."""
         self.statements["BAS"] += 1
-        arguments = Expression(tokens, self.variables.lookup, 1).arguments()
+        arguments = Expression(tokens, self.variables, 1).arguments()
         command = arguments[0].text if arguments and isinstance(arguments[0], Enumerated) else "?"
         value = arguments[1] if len(arguments) > 1 else Unknown("")
         if command in ("#TOOL", "#BASE"):
@@ -159,7 +160,7 @@ class KrlMachine:
     def wait(self, tokens: tuple[Token, ...], line: int) -> None:
         """`WAIT SEC t` or `WAIT FOR condition`."""
         self.statements["WAIT"] += 1
-        expression = Expression(tokens, self.variables.lookup, 1)
+        expression = Expression(tokens, self.variables, 1)
         if expression.accept("SEC"):
             value = expression.value()
             if isinstance(value, Unknown):

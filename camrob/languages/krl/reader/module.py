@@ -40,13 +40,16 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Routine:
-    """A DEF or DEFFCT: lines `start` to `end` (exclusive) are its body; names of its parameters, those handed back."""
+    """A DEF or DEFFCT: lines `start` to `end` (exclusive) are its body; names of its parameters, those handed back, those
+    of which that isn't said.
+    """
 
     name: str
     start: int
     end: int
     parameters: tuple[str, ...]
     outputs: frozenset[str]
+    unsaid: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +130,8 @@ def _routines(path: Path, statements: Mapping[int, str]) -> dict[str, Routine]:
             pairs = [p.partition(":") for p in parameters.split(",") if p.strip()]
             names = tuple(p[0].strip().upper().removesuffix("[]") for p in pairs)
             outputs = frozenset(n for n, p in zip(names, pairs, strict=True) if p[2].strip().upper() == "OUT")
-            routines[name] = Routine(name, start + 1, line, names, outputs)
+            unsaid = frozenset(n for n, p in zip(names, pairs, strict=True) if not p[2].strip())
+            routines[name] = Routine(name, start + 1, line, names, outputs, unsaid)
             open_at = None
     if open_at is not None:
         raise KrlError(

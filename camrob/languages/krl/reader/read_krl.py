@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from camrob.errors import KrlError
 from camrob.findings import Severity, collapse
+from camrob.languages.krl.reader.control_flow import Flow, leave_loop
 from camrob.languages.krl.reader.expressions import Expression, Unknown, Value
 from camrob.languages.krl.reader.known import MESSAGES
 from camrob.languages.krl.reader.machine import KrlMachine
 from camrob.languages.krl.reader.module import Block, Module, Routine, load_module
 from camrob.languages.krl.reader.settings import run_settings
 from camrob.languages.krl.reader.splines import SPLINES, begin_block, only_begins, spline_motion
-from camrob.languages.krl.reader.tokens import Token, mark_of, shown, tokens_of
+from camrob.languages.krl.reader.tokens import Token, handed, mark_of, shown, tokens_of
 from camrob.languages.krl.reader.variables import declare, is_declaration, load_data
 from camrob.languages.krl.reader.with_words import with_words
 from camrob.program.motion import Turning
@@ -34,7 +35,7 @@ _MOST_REPEATED = {"statements": 5_000, "motions": 1_000_000}  # by loops and cal
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC", "PTP_REL", "LIN_REL"))
 _MOST_JUMPS = 500  # GOTOs: programs that jump do it a few times
 _UNREAD = frozenset(
-    """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT EXIT LIN_SPLINE""".split()
+    """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT LIN_SPLINE""".split()
 )
 _HARMLESS = frozenset(
     """EXT EXTFCT IMPORT SIGNAL STRUC ENUM CHANNEL INTERRUPT TRIGGER PULSE HALT CONTINUE BRAKE RESUME ANIN ANOUT DIGIN
@@ -80,6 +81,10 @@ class _Reader:
         self._by_name: dict[str, Module | None] = {}
         self._beside: dict[str, Path] | None = None
         self._depth = self._passes = self._jumps = 0
+        self._calling: Module | None = None  # whose routine runs
+        self._returned: Value | None = None  # by the function that has just ended
+        self._flow = Flow(self._machine.variables, self._run, self._passed)
+        self._machine.variables.own_function = self._function
         self._room = dict(_MOST_REPEATED)
 
     def program(self) -> ProgramText:
@@ -150,9 +155,10 @@ class _Reader:
         local = {
             name: arguments[k] if k < len(arguments) else Unknown(name) for k, name in enumerate(routine.parameters)
         }
+        caller, self._calling = self._calling, module
         variables.scopes = (local, self._data[module.index])
         self._run(module, routine.start, routine.end)
-        variables.scopes = outside
+        variables.scopes, self._calling = outside, caller
         self._depth -= 1
         return local
 
@@ -161,6 +167,11 @@ class _Reader:
         self._passes += 1
         if self._passes > _MOST_PASSES:
             raise KrlError(f"more than {_MOST_PASSES} calls and passes of loops", hint="a loop runs away")
+
+    def _passed(self) -> None:
+        """Counts a pass of a loop."""
+        self._pass()
+        self._spend("statements", 1)
 
     def _spend(self, what: str, count: int) -> None:
         """Counts what is carried out against what is written, so that reading ends soon and fits into memory."""
@@ -226,7 +237,10 @@ class _Reader:
             raise KrlError(f"{word} is not read here", hint="post the program without it")
         elif word == "RETURN":
             machine.statements[word] += 1
+            self._returned = None if tokens[1].kind == "end" else Expression(tokens, machine.variables, 1).value()
             return -1
+        elif word == "EXIT":
+            leave_loop(module, line)
         elif word == "WAIT":
             machine.act(text)
             machine.wait(tokens, line + 1)
@@ -235,6 +249,8 @@ class _Reader:
             machine.bas(tokens, line + 1)
         elif word in _HARMLESS or (word == "GLOBAL" and tokens[1].text == "INTERRUPT"):
             machine.statements[tokens[1].text if word == "GLOBAL" else word] += 1
+            if word == "STRUC":
+                machine.variables.structure(tokens)
             if word not in _DECLARED:
                 machine.act(text)
         elif word in _LATER:
@@ -264,7 +280,7 @@ class _Reader:
     def _other(self, module: Module, line: int, text: str, tokens: tuple[Token, ...]) -> None:
         """An assignment or a call; anything else is noted."""
         machine = self._machine
-        expression = Expression(tokens, machine.variables.lookup)
+        expression = Expression(tokens, machine.variables)
         path = expression.path() if tokens[0].kind == "name" else ""
         if path and expression.accept("="):
             if path.startswith("$") and path not in _IN_COLUMNS:
@@ -284,7 +300,7 @@ class _Reader:
         """Runs a routine of this file, or of the file of its name beside it."""
         machine = self._machine
         machine.statements["call"] += 1
-        before = expression.at
+        names = handed(tokens, expression.at)
         arguments = expression.arguments()
         found = (module, module.routines[name]) if name in module.routines else self._external(name)
         if found is None:
@@ -292,14 +308,25 @@ class _Reader:
             machine.find("call-unknown", what, line + 1)
             machine.act(text)
             return
-        after = self._call(*found, arguments)
-        routine = found[1]
-        if routine.outputs:
-            named = [t.text for t in tokens[before + 1 : -1] if t.kind == "name"]
-            for parameter in routine.outputs:
-                k = routine.parameters.index(parameter)
-                if len(named) == len(routine.parameters):
-                    machine.variables.assign(named[k], after[parameter])
+        after, routine = self._call(*found, arguments), found[1]
+        for k, parameter in enumerate(routine.parameters[: len(arguments)]):
+            if names[k] and parameter in routine.outputs:
+                machine.variables.assign(names[k], after[parameter])
+            elif names[k] and parameter in routine.unsaid and after[parameter] != arguments[k]:
+                machine.variables.assign(names[k], Unknown(names[k]))  # whether it is handed back isn't said
+
+    def _function(self, name: str, arguments: list[Value]) -> Value:
+        """The value of a DEFFCT that the program brings; it must not move."""
+        module = self._calling
+        found = (module, module.routines[name]) if module and name in module.routines else self._external(name)
+        if found is None:
+            return Unknown(f"{name}(...)")
+        before, self._returned = self._machine.rows.count, None
+        self._call(*found, arguments)
+        if self._machine.rows.count != before:
+            raise KrlError(f"{name}(...) moves, and is a value", hint="call it by itself")
+        returned, self._returned = self._returned, None
+        return Unknown(f"{name}(...)") if returned is None else returned
 
     def _external(self, name: str) -> tuple[Module, Routine] | None:
         """The routine that the file of this name begins with, None where there is no such file."""
@@ -312,7 +339,6 @@ class _Reader:
     def _block(self, module: Module, block: Block, word: str, tokens: tuple[Token, ...]) -> int:
         """Runs a control structure whose course is known; the line to go on with, -1 for RETURN."""
         self._machine.statements[word] += 1
-        expression = Expression(tokens, self._machine.variables.lookup, 1)
         if word == "SPLINE":
             with with_words(self._machine):
                 begin_block(self._machine, module, block, tokens)
@@ -320,38 +346,10 @@ class _Reader:
             return block.end + 1 if ended else -1
         if word == "IF" and only_begins(module, block, tokens):
             return block.end + 1 if self._run(module, block.start + 1, block.end) else -1
-        if word == "FOR":
-            return self._for(module, block, expression)
-        if word in ("IF", "WHILE"):
-            condition = expression.value()
-            if word == "IF" and isinstance(condition, bool):
-                split = block.middle if block.middle >= 0 else block.end
-                span = (block.start + 1, split) if condition else (split + 1, block.end)
-                return block.end + 1 if span[0] >= span[1] or self._run(module, *span) else -1
-            if word == "WHILE" and condition is False:
-                return block.end + 1
-        self._skip(module, block, word)
-        return block.end + 1
-
-    def _for(self, module: Module, block: Block, expression: Expression) -> int:
-        """`FOR I = a TO b STEP c`."""
-        variables = self._machine.variables
-        name = expression.path()
-        expression.expect("=")
-        first = expression.value()
-        expression.expect("TO")
-        last = expression.value()
-        step: Value = expression.value() if expression.accept("STEP") else 1
-        if not (isinstance(first, int) and isinstance(last, int) and isinstance(step, int)) or step == 0:
-            self._skip(module, block, "FOR")
-            return block.end + 1
-        for value in range(first, last + (1 if step > 0 else -1), step):
-            self._pass()
-            self._spend("statements", 1)
-            variables.assign(name, value)
-            if not self._run(module, block.start + 1, block.end):
-                return -1
-        return block.end + 1
+        goes_on = self._flow.block(module, block, word, tokens)
+        if goes_on is None:
+            self._skip(module, block, word)
+        return -1 if goes_on is False else block.end + 1
 
     def _skip(self, module: Module, block: Block, word: str) -> None:
         """Passes over a control structure whose course is not known. Raises KrlError where that could hide a motion."""
@@ -382,11 +380,11 @@ class _Reader:
     def _matters(self, module: Module, tokens: tuple[Token, ...], assign: Callable[[str, Value], None]) -> bool:
         """Whether a statement that may not run could change a motion; a variable that it sets becomes unknown."""
         word = tokens[0].text
-        if word in _MOTIONS or word in _UNREAD - {"CASE", "DEFAULT"} or word in ("BAS", "RETURN"):
+        if word in _MOTIONS or word in _UNREAD - {"CASE", "DEFAULT"} or word in ("BAS", "EXIT", "RETURN"):
             return True
         if word in _HARMLESS | _LATER | _STRUCTURE or self._shows_message(module, tokens):
             return False
-        expression = Expression(tokens, self._machine.variables.lookup)
+        expression = Expression(tokens, self._machine.variables)
         path = expression.path() if tokens[0].kind == "name" else ""
         if path and expression.accept("="):
             assign(path, Unknown(path))

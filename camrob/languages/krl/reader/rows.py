@@ -112,13 +112,16 @@ class KrlRows:
         """
         self._flush()
         modal, count = self.modal, len(values)
-        before = np.array((*(self.pose or _NAN6), *self.external))
+        there = self.framed == (modal.tool, modal.base)
+        before = np.array((*((self.pose or _NAN6) if there else _NAN6), *self.external))
         filled = _kept(values, before)
         incomplete = np.isnan(filled[:, :6])
         if incomplete.any():
             row, column = np.argwhere(incomplete)[0]
             raise KrlError(
-                f"LIN gives no {COMPONENTS[column]} and none is known", hint="give X to C", line=int(line[row])
+                f"LIN gives no {COMPONENTS[column]} and none is known in this base and with this tool",
+                hint="give X to C",
+                line=int(line[row]),
             )
         wait = np.zeros(count)
         wait[0] = modal.wait

@@ -97,15 +97,21 @@ def _along_tool(given: dict[str, float] | None, step: Target, before: tuple[floa
     return dict(zip(_POSE[:3], moved.tolist(), strict=True))
 
 
-def merged(rows: KrlRows, target: Target, word: str) -> None:
+def merged(rows: KrlRows, target: Target, word: str, *, elsewhere: bool, needed: str = "XYZABC") -> None:
     """Makes the target the current one in `rows`; a component that it doesn't name keeps its value.
 
-    Raises KrlError where that value is not known: before the first target, or where the last one was of the other kind.
+    Raises KrlError where that value is not known: before the first target, or where the last one was of the other kind, or, for
+    `needed` ones of a pose, `elsewhere`: in another base, with another tool, or where an arc has not ended at it.
     """
     names, given, before = (_POSE, target.pose, rows.pose) if target.axes is None else (_AXES, target.axes, rows.axes)
     given = given or {}
     values = []
     for index, name in enumerate(names):
+        if name not in given and elsewhere and target.axes is None and before is not None and name in needed:
+            raise KrlError(
+                f"{word} gives no {name}, and the robot stands at no target of this base and tool",
+                hint=f"give {names[0]} to {names[-1]}",
+            )
         if name not in given and before is None:
             raise KrlError(f"{word} gives no {name} and none is known", hint=f"give {names[0]} to {names[-1]}")
         values.append(given[name] if name in given else (before or ())[index])

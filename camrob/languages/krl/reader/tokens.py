@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from camrob.errors import KrlError
 
-__all__ = ["Token", "TokenKind", "canonical", "mark_of", "shown", "statement_of", "tokens_of"]
+__all__ = ["Token", "TokenKind", "canonical", "handed", "mark_of", "shown", "statement_of", "tokens_of"]
 
 TokenKind = str
 """`number`, `string`, `bits`, `name` (upper case), `enum` (with its #), `sign` (an operator or a bracket), `end`."""
@@ -79,3 +79,19 @@ def mark_of(text: str) -> str:
     """The name of the mark that a statement is, in capitals; empty for any other."""
     name, colon, rest = text.upper().partition(":")
     return name.strip() if colon and not rest.strip() else ""
+
+
+def handed(tokens: tuple[Token, ...], at: int) -> list[str]:
+    """The variables that stand alone as a call's arguments, "" for each other one; `at`: the opening bracket."""
+    parts, depth = [list[Token]()], 0
+    for token in tokens[at + 1 : -1]:
+        depth += {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}.get(token.text, 0) if token.kind == "sign" else 0
+        if depth < 0:
+            break
+        if token.text == "," and depth == 0:
+            parts.append([])
+        else:
+            parts[-1].append(token)
+    plain = [all(t.kind == "name" or t.text in (".", "[", "]") or t.kind == "number" for t in part) for part in parts]
+    named = [bool(part) and part[0].kind == "name" for part in parts]
+    return ["".join(t.text for t in p) if a and b else "" for p, a, b in zip(parts, plain, named, strict=True)]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.expressions import Aggregate, Expression, Unknown, Value
+from camrob.languages.krl.reader.functions import built_in, frame_product, typed
 from camrob.languages.krl.reader.module import read_bytes
 from camrob.languages.krl.reader.tokens import Token, shown, statement_of, tokens_of
 
@@ -17,19 +19,24 @@ _CONSTANTS: dict[str, Value] = {
     "$WORLD": Aggregate("FRAME", dict.fromkeys("XYZABC", 0.0)),
     "PI": 3.14159265358979,  # as a controller has it
 }
+_REALS = frozenset("X Y Z A B C A1 A2 A3 A4 A5 A6 E1 E2 E3 E4 E5 E6".split())  # components that are REAL
+_REAL_SETTINGS = ("$VEL.", "$ACC.", "$APO.CDIS")
+_KIND = ":"  # behind a variable's name stands its type: no name of KRL's holds one
 _PREFIXES = ("GLOBAL", "CONST", "DECL")
 _SKIPPED = frozenset(("EXT", "EXTFCT", "IMPORT", "SIGNAL", "STRUC", "ENUM", "CHANNEL"))
 
 
 class Variables:
     """Values by name. `scopes`: the locals of the running routine, its data list; `shared`: everything else; `asked`: what is
-    looked up where the program asks for it.
+    looked up where the program asks for it; `own_function`: runs a DEFFCT.
     """
 
     def __init__(self) -> None:
         self.shared: dict[str, Value] = dict(_CONSTANTS)
         self.asked: dict[str, Callable[[], Value]] = {}
         self.scopes: tuple[dict[str, Value], ...] = ()
+        self._whole: set[str] = set()  # components of the program's own structures that are INT
+        self.own_function: Callable[[str, list[Value]], Value] = lambda name, _: Unknown(f"{name}(...)")
 
     def lookup(self, path: str) -> Value:
         """The value of a variable, a field or an element; Unknown where the program doesn't give it."""
@@ -38,12 +45,31 @@ class Variables:
         root, _, name = path.rpartition(".")
         whole = self.lookup(root) if root else None
         if isinstance(whole, Aggregate) and name in whole.fields:
-            return whole.fields[name]
+            return typed("REAL" if name in _REALS else "", whole.fields[name])
         return self._holder(path).get(path, Unknown(path))
+
+    def structure(self, tokens: tuple[Token, ...]) -> None:
+        """Takes note of STRUC NAME TYPE A,B, TYPE C: a name behind another one is the first of its type."""
+        whole = False
+        for before, token in pairwise(tokens[1:-1]):
+            if token.kind == "name" and before.kind == "name":
+                whole = before.text == "INT"
+            if whole and token.kind == "name":
+                self._whole.add(token.text)
+
+    def called(self, name: str, arguments: list[Value]) -> Value:
+        """The value of a function: of the language's own, or of one that the program brings."""
+        value = built_in(name, arguments)
+        return self.own_function(name, arguments) if value is None else value
+
+    def product(self, left: Value, right: Value) -> Value:
+        """left : right, by the geometric operator."""
+        return frame_product(left, right)
 
     def assign(self, path: str, value: Value) -> None:
         """Sets a variable, a field or an element. An index that is not known makes all elements unknown."""
         holder = self._holder(path)
+        value = typed(self._kind(path, holder), value)
         root, _, name = path.rpartition(".")
         if "?" in path:
             stem = path[: path.index("[")]
@@ -53,6 +79,13 @@ class Variables:
             self.assign(root, Aggregate(whole.type, {**whole.fields, name: value}))
         else:
             holder[path] = value
+
+    def _kind(self, path: str, holder: dict[str, Value]) -> str:
+        """The type with which the variable was declared, as far as it changes a number."""
+        if "." in path:
+            real = path.startswith(_REAL_SETTINGS)
+            return "REAL" if real else "INT" if path.rpartition(".")[2] in self._whole else ""
+        return str(holder.get(path.split("[", 1)[0] + _KIND, ""))
 
     def _holder(self, path: str) -> dict[str, Value]:
         """The scope in which the variable was declared."""
@@ -83,14 +116,15 @@ def declare(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Va
     while tokens[at].kind == "name" and tokens[at].text in _PREFIXES:
         scope = variables.shared if tokens[at].text == "GLOBAL" else scope
         at += 1
-    expression = Expression(tokens, variables.lookup, at)
-    expression.path()
+    expression = Expression(tokens, variables, at)
+    kind = expression.path()
     while True:
         name = expression.path()
         stem = name.split("[", 1)[0]
-        scope.setdefault(stem, Unknown(stem))
+        scope[stem + _KIND] = kind
+        scope[stem] = typed(kind, scope.get(stem, Unknown(stem)))  # of a parameter: what it was handed
         if expression.accept("="):
-            scope[stem if name.endswith("[]") else name] = expression.value()
+            scope[stem if name.endswith("[]") else name] = typed(kind, expression.value())
         if expression.next.kind == "end":
             return
         expression.expect(",")
@@ -126,7 +160,7 @@ def load_data(path: Path, variables: Variables) -> dict[str, Value]:
 
 def _set(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value]) -> None:
     """`NAME[1] = value` in a data list."""
-    expression = Expression(tokens, variables.lookup)
+    expression = Expression(tokens, variables)
     name = expression.path()
     expression.expect("=")
     value = expression.value()
@@ -135,4 +169,4 @@ def _set(tokens: tuple[Token, ...], variables: Variables, scope: dict[str, Value
         variables.assign(name, value)
     else:
         scope.setdefault(stem, Unknown(name))
-        scope[name] = value
+        scope[name] = typed(str(scope.get(stem + _KIND, "")), value)

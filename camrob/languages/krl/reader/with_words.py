@@ -35,7 +35,7 @@ def with_words(machine: KrlMachine) -> Iterator[None]:
 
 def take_with(machine: KrlMachine, tokens: tuple[Token, ...], line: int) -> None:
     """`NAME = value, NAME = FUNCTION(...)`, an `end` behind them. Raises KrlError for what is not read."""
-    expression = Expression(tokens, machine.variables.lookup)
+    expression = Expression(tokens, machine.variables)
     left: list[str] = []
     while True:
         path = expression.path()
