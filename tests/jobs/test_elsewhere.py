@@ -43,18 +43,23 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
     assert posted(tmp_path / "near", found[2]).summary.points > 0
 
 
+def held(folder: Path, table: str, track: str) -> Path:
+    """The cell with a table that turns so far and a track that is so long."""
+    shutil.copytree(CELL, folder, ignore=shutil.ignore_patterns("poses.csv"))
+    text = (folder / "cell.toml").read_text(encoding="utf-8")
+    endless, long = "limits = { endless = true, speed_deg_s = 60", "range_mm = [-1500, 1500]"
+    assert text.count(endless) == text.count(long) == 1
+    text = text.replace(endless, f"limits = {{ range_deg = {table}, speed_deg_s = 60").replace(
+        long, f"range_mm = {track}"
+    )
+    (folder / "cell.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
 @pytest.mark.parametrize("method", ["vjm", "planned"])
 def test_it_serves_a_cell_whose_table_is_held_too(tmp_path: Path, method: str) -> None:
     """The part beside the table's middle, which turns by no more than 5 degrees."""
-    cell = tmp_path / "cell"
-    shutil.copytree(CELL, cell)
-    (cell / "poses.csv").unlink()
-    text = (cell / "cell.toml").read_text(encoding="utf-8")
-    held = text.replace(
-        "limits = { endless = true, speed_deg_s = 60", "limits = { range_deg = [-5, 5], speed_deg_s = 60"
-    )
-    assert held != text
-    (cell / "cell.toml").write_text(held, encoding="utf-8")
+    cell = held(tmp_path / "cell", "[-5, 5]", "[-1500, 1500]")
     with pytest.raises(camrob.JobError) as caught:
         posted(tmp_path / "far", "[900, 0, 300, 0, 0, 0]", cell, method)
     found = re.search(
@@ -64,11 +69,18 @@ def test_it_serves_a_cell_whose_table_is_held_too(tmp_path: Path, method: str) -
     assert posted(tmp_path / "near", found[1], cell, method).summary.points > 0
 
 
-def test_what_a_plan_may_mend_is_said(tmp_path: Path) -> None:
-    """From below, where the follower runs into a limit; a plan that was refused is no advice to itself."""
+def test_a_plan_is_advice_where_one_was_made_and_serves(tmp_path: Path) -> None:
+    cell, where = held(tmp_path / "cell", "[-40, 40]", "[-100, 700]"), "[-68, -684, 127, 0, -54, -32]"
     with pytest.raises(
-        camrob.LimitError, match="--method planned may find a way where the part is: it chooses E2, E1, roll"
+        camrob.LimitError, match="--method planned, which chooses E2, E1, roll over the whole path, follows it"
     ):
+        posted(tmp_path / "followed", where, cell)
+    assert posted(tmp_path / "planned", where, cell, "planned").summary.method == "planned"
+
+
+def test_a_plan_that_finds_no_way_either_is_no_advice(tmp_path: Path) -> None:
+    """From below, where the follower runs into a limit."""
+    with pytest.raises(camrob.LimitError, match="nor does --method planned, which chooses E2, E1, roll"):
         posted(tmp_path / "followed", "[0, 0, 200, 0, 180, 0]")
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.table_plate import table_plate
+from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.errors import CellError, JobError, LimitError, SetupError, SingularError, UnreachableError
 from camrob.jobs.files.inputs import JobInputs
@@ -14,6 +15,7 @@ from camrob.jobs.solving.place_trial import TRIAL_POINTS, off_table, try_placeme
 from camrob.jobs.solving.thinned import thinned
 from camrob.kinematics.arm import Arm
 from camrob.product_grid import product_grid
+from camrob.redundancy.following.nearest_miss import IN_REACH
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.placement import place_part
 from camrob.redundancy.published.virtual_joint import resolve_vjm
@@ -32,23 +34,40 @@ _TRIALS = 4  # placements, the nearest first, on which the path is followed: hal
 
 
 def with_a_place(error: JobError, inputs: JobInputs, *, planned: bool = False) -> JobError:
-    """The same error with the nearest shift of the part that a trial followed without touching anything, or that none does.
+    """The same error with the plan that gets there where the part is, or with the nearest shift of the part, followed on trial
+    without touching anything, or that none is.
 
     planned: it was met in a plan, so that to plan is no advice.
     """
     if not isinstance(error, UnreachableError | LimitError | SingularError):
         return error
-    plan = "" if planned or isinstance(error, UnreachableError) else _freedoms(inputs)
-    return error.but("; ".join(filter(None, [error.what, _inches(inputs), plan, _advice(inputs)])))
+    lost = isinstance(error, UnreachableError) and not error.reasons.get(IN_REACH)
+    units = _inches(inputs)
+    plan, serves = ("", False) if planned or lost or units else _plan_here(inputs)
+    return error.but("; ".join(filter(None, [error.what, units, plan, "" if serves else _advice(inputs)])))
 
 
-def _freedoms(inputs: JobInputs) -> str:
-    """That a plan may find a way where the published method finds none, where the cell has freedoms and its arm a closed form."""
-    cell = inputs.cell
+def _plannable(cell: Cell) -> list[str]:
+    """The freedoms that a plan chooses, by name; none where the arm has no closed form."""
     names = [joint.name for joint in cell.joints if joint.role is not Role.ARM]
-    if not names or Arm.of(cell).searched:
-        return ""
-    return f"--method planned may find a way where the part is: it chooses {', '.join(names)} over the whole path"
+    return [] if Arm.of(cell).searched else names
+
+
+def _plan_here(inputs: JobInputs) -> tuple[str, bool]:
+    """What became of a plan where the part is, made on trial after the published method found no way, and whether it serves."""
+    names = _plannable(inputs.cell)
+    if not names:
+        return "", False
+    path = thinned(inputs.path, TRIAL_POINTS)
+    made = try_placement(inputs, path, np.asarray(inputs.setup.base_T_part), resolve_planned)
+    tried = f"which chooses {', '.join(names)} over the whole path"
+    if isinstance(made, str) or made[0].method != "planned":
+        return f"nor does --method planned, {tried}, find a way where the part is", False
+    on = f"(tried on {len(path)} of its points)"
+    if made[1].count:
+        what = made[1].findings[0].text
+        return f"--method planned, {tried}, follows it where the part is {on}, but on trial {what}", False
+    return f"--method planned, {tried}, follows it where the part is and touches nothing {on}", True
 
 
 def _inches(inputs: JobInputs) -> str:
@@ -72,7 +91,7 @@ def _advice(inputs: JobInputs) -> str:
     verdicts = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
     path = thinned(inputs.path, TRIAL_POINTS)
     good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not verdicts[k + 1]]
-    plannable = bool(_freedoms(inputs))
+    plannable = bool(_plannable(inputs.cell))
     trials = [(k, resolve_vjm) for k in good[:_TRIALS]] + [(k, resolve_planned) for k in good[:_PLANS] if plannable]
     for k, resolve in trials:
         made = try_placement(inputs, path, np.asarray(found.base_T_part[k]), resolve)

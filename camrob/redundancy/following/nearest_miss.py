@@ -20,9 +20,12 @@ from camrob.kinematics.screw_arm import solve_screws_many
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm_many
 from camrob.product_grid import product_grid
 
-__all__ = ["Miss", "beyond_span", "nearest_miss"]
+__all__ = ["IN_REACH", "Miss", "beyond_span", "nearest_miss"]
 
 Array = NDArray[np.float64]
+
+IN_REACH = "in reach"
+"""What a tally calls branches that reach a pose within limits."""
 
 _TURN, _SPAN = 12, 9  # values of an endless axis, and of one with limits, that a scan goes through
 _FROM = 8  # of its nodes, the nearest, from which a compass search goes on
@@ -82,8 +85,8 @@ def nearest_miss(cell: Cell, arm: Arm, base_T_tip: Array, near: Array) -> Miss:
     k = int(np.argmin(least))
     if not np.isfinite(least[k]):
         return Miss(tally, len(grid), names, {}, None)
-    if least[k] <= 0.0 and not tally.get("in reach"):
-        tally["in reach"] = 1
+    if least[k] <= 0.0 and not tally.get(IN_REACH):
+        tally[IN_REACH] = 1
     best = posture[k]
     over = dict(zip(cell.names[cell.arm_slice], _past_limits(arm, best[cell.arm_slice]).tolist(), strict=True))
     return Miss(tally, len(grid), names, {name: v for name, v in over.items() if v > 0.0}, best)
@@ -115,7 +118,7 @@ def _excess(arm: Arm, base_T_tip: Array, q: Array, part: slice, tally: dict[str,
     passed = np.maximum(arm.lower - Q, Q - arm.upper) > 1e-9
     if tally is not None:
         beyond = np.where(passed.any(axis=2), passed.argmax(axis=2), 6)
-        names = [*(f"at A{i + 1}'s limit" for i in range(6)), "in reach", "out of reach"]
+        names = [*(f"at A{i + 1}'s limit" for i in range(6)), IN_REACH, "out of reach"]
         counts = [*np.bincount(beyond[met], minlength=7).tolist(), arm.together * int(np.sum(~met.any(axis=1)))]
         for name, count in zip(names, counts, strict=True):
             if count:
