@@ -15,7 +15,7 @@ from camrob.cell.read_cell import frame_of, read_toml
 from camrob.cell.setup import Body, Setup, ToolSetup
 from camrob.cell.toml_table import TableReader
 from camrob.errors import SetupError
-from camrob.units import INCH_MM, mm_min_to_m_s, mm_to_m
+from camrob.units import INCH_MM, m_to_mm, mm_min_to_m_s, mm_to_m
 
 __all__ = ["read_setup"]
 
@@ -27,6 +27,7 @@ HEAVIEST_KG = 1000.0  # no arm that mills carries more
 FARTHEST_MASS_MM = 5000.0  # nor farther off its flange
 FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
 WIDEST_MM = 2000.0  # of a holder: no spindle's is wider or longer
+_ROUNDING = 1e-3  # of a ball's radius, given to a few digits
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off")
 _MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
 
@@ -136,6 +137,10 @@ def _tool(table: TableReader, cell: Cell, *, numbered: bool) -> ToolSetup:
         center_of_mass=center,
     )
     table.finish()
+    if tool.diameter and (tool.corner or 0.0) > 0.5 * tool.diameter * (1.0 + _ROUNDING):
+        edge, width = m_to_mm(tool.corner or 0.0), m_to_mm(tool.diameter)
+        what = f"is {edge:.6g}, more than half of diameter_mm = {width:.6g}"
+        raise table.fail("corner_radius_mm", what, "give half the diameter for a ball, 0 for a flat end")
     return tool
 
 

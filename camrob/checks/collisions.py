@@ -189,10 +189,12 @@ def _report(
     hit = np.zeros(len(cut), bool)
     for points in touched:
         hit[points] = True
+    # the set-up's tool and part alone are no cell: that they don't touch says nothing of the machine
+    own = [room for room, pair in zip(rooms, pairs, strict=True) if room.samples and (pair.in_clearance or room.count)]
     telling = [room for room, pair in zip(rooms, pairs, strict=True) if pair.in_clearance and room.samples]
     least = min(telling, key=lambda room: room.clearance, default=None)
     return CollisionReport(
-        checked=any(room.samples for room in rooms),
+        checked=bool(own),
         count=int(hit.sum()),
         findings=_findings(rooms, touched, cut, lines, regions),
         clearance_min=None if least is None else least.clearance,

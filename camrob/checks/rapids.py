@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +23,22 @@ _NEAR = 2  # cells: a diameter
 _NEVER = 1 << 52  # whole numbers that a float holds: the filter reckons in floats
 
 
-def rapids_in_stock(regions: Sequence[Region], box: Array, diameter: float) -> Finding | None:
+def rapids_in_stock(
+    regions: Sequence[Region], box: Array, diameter: float, depth: Callable[[Array], Array] | None = None
+) -> Finding | None:
     """A warning where the tool's tip goes in rapid through the stock, and no earlier cut has been within a diameter of there.
 
     box: (2, 3) m, least and greatest corner of the stock in the CL data's frame. diameter: m, of the widest tool, 0.0 where it
-    isn't known. What lies above a cut along the tool's axis counts as removed. The way down to a region's first point is camrob's
+    isn't known. depth: of a stock that doesn't fill its box, how far points (N, 3) in the box lie within it, m, not above 0
+    outside. What lies above a cut along the tool's axis counts as removed. The way down to a region's first point is camrob's
     own, along the tool's axis; it counts where the file has the tool come in rapid.
     """
+    within = depth or (lambda points: _depth(points, box))
     worked = [r for r in regions if len(r)]
     starts = _starts(worked)
     count = np.cumsum([0, *(len(r) for r in worked)])
     hits: list[tuple[int, float]] = []
-    rapid = [_inside_samples(r, s, box) for r, s in zip(worked, starts, strict=True)]
+    rapid = [_inside_samples(r, s, box, within) for r, s in zip(worked, starts, strict=True)]
     if not any(len(points) for points, _ in rapid):
         return None
     grid = _Grid(box, diameter or _ASSUMED)
@@ -44,12 +48,12 @@ def rapids_in_stock(regions: Sequence[Region], box: Array, diameter: float) -> F
     for k, (points, row) in enumerate(rapid):
         through = removed[grid.cells(points)] > row + count[k]
         for n in np.unique(row[through]).tolist():
-            depth = float(_depth(points[through & (row == n)], box).max())
-            hits.append((int(worked[k].line[n]), depth))
+            deep = float(within(points[through & (row == n)]).max())
+            hits.append((int(worked[k].line[n]), deep))
     if not hits:
         return None
     line, _ = hits[0]
-    deepest = m_to_mm(max(depth for _, depth in hits))
+    deepest = m_to_mm(max(deep for _, deep in hits))
     text = (
         f"the file moves in rapid through stock that has not been cut, {deepest:.1f} mm deep; "
         "correct it in the CAM system, or the [stock] of setup.toml"
@@ -90,14 +94,17 @@ def _depth(points: Array, box: Array) -> Array:
     return np.asarray(np.minimum(points - box[0], box[1] - points).min(axis=1))
 
 
-def _inside_samples(region: Region, start: Array | None, box: Array) -> tuple[Array, NDArray[np.int64]]:
+def _inside_samples(
+    region: Region, start: Array | None, box: Array, within: Callable[[Array], Array]
+) -> tuple[Array, NDArray[np.int64]]:
     """Points of a region's rapids within the stock, and the motions that they are of."""
     rapid = np.flatnonzero(np.asarray(region.move) == Move.RAPID)
     begin, end = _ways(region, start, box)
     low, high = np.minimum(begin, end)[rapid], np.maximum(begin, end)[rapid]
     rapid = rapid[np.all((high > box[0] + _SKIN) & (low < box[1] - _SKIN), axis=1)]
     points, row = _sampled(begin[rapid], end[rapid], _LEAST)
-    inside = _depth(points, box) > _SKIN
+    inside = np.flatnonzero(_depth(points, box) > _SKIN)
+    inside = inside[within(points[inside]) > _SKIN]
     return points[inside], rapid[row[inside]]
 
 

@@ -28,8 +28,9 @@ Array = NDArray[np.float64]
 
 _ROOM = 4  # stretches that a ray has room for at first; it is doubled where a part needs more
 _MOST_RAYS = 40_000_000  # of one direction: some 4 GB
-# of the pitch from the block's face to the first ray: no ray lies in a face or on an edge of the CAD's
-_OFF = 0.5 + 1.2345e-4
+# of the pitch from the block's face to the first ray: no ray lies in a face or on an edge of the CAD's, nor, as no two are
+# alike, on the diagonal of a square face
+_OFF = 0.5 + np.array([1.2345e-4, 2.3571e-4, 3.1113e-4])
 _STOCK = -1
 # cosine between normals of two surfaces that are one; others are another wall, or the other side of a ridge
 _ALIKE = 0.8

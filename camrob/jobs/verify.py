@@ -228,7 +228,9 @@ def _judged(verdict: Verdict, second: _Replayed | None, asked: bool) -> Judged:
     judged = dict(verdict.judged)
     report = None if second is None else second.collisions
     judged["collisions"] = None if report is None or not asked or not report.checked else report.count == 0
-    if second is not None and any(f.code == "axis-limit" for f in second.judgement.findings):
+    if second is None and judged["limits"]:
+        judged["limits"] = None  # axis values that nobody replayed
+    elif second is not None and any(f.code == "axis-limit" for f in second.judgement.findings):
         judged["limits"] = False
     return Judged.from_json(judged)
 

@@ -192,6 +192,7 @@ def _terms(machine: Machine, job: Job, slower_allowed: str, usual_rapid: float |
         hooks=frozenset(machine.controller.hooks),
         slower_allowed=slower_allowed,
         axis_speed=machine.speed,
+        sliding=frozenset(joint.word for joint in machine.joints if not joint.turning),
     )
 
 

@@ -117,6 +117,10 @@ BROKEN = [
     ("part_in_base = [1, 2, 3, 4, 5, nan]", "part_in_base"),
     ("part_in_base = [1e9, 0, 0, 0, 0, 0]", "part_in_base: lies more than 100000 mm off; give X, Y, Z in mm"),
     ("part_in_base = [0, 0, 0, 720, 0, 0]", "part_in_base: has an angle beyond 360"),
+    (
+        "[tool]\ndiameter_mm = 3\ncorner_radius_mm = 15",
+        "tool.corner_radius_mm: is 15, more than half of diameter_mm = 3",
+    ),
     ('units = "furlong"', "units: is 'furlong'; use one of mm, inch"),
     ('dialect = "NX; rm"', "dialect: is 'NX; rm'; give a name such as nx-clsf"),
     ("rapid_feed_mm_min = 0", "rapid_feed_mm_min: is 0"),

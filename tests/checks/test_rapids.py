@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from process_story import KR15, ROOT, posted
 
+from camrob.cell.read_setup import read_setup
 from camrob.checks.rapids import rapids_in_stock
 from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.granted import taken_for_granted
 from camrob.jobs.files.inputs import read_inputs
 from camrob.toolpath.read import read_toolpath
 from camrob.units import mm_to_m
@@ -61,6 +64,38 @@ def test_rapids_through_what_is_not_cut(tmp_path: Path, case: str) -> None:
         assert found is None
     else:
         assert found is not None and (found.line, found.count) == (line, count) and f"{depth:.1f} mm deep" in found.text
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_meshed_stock_is_judged_as_its_box(tmp_path: Path, case: str) -> None:
+    """The same block as a mesh; what is deep is known to a ray's pitch."""
+    way, line, count, depth = CASES[case]
+    file = tmp_path / "part.apt"
+    file.write_text(HEAD + way + END)
+    (tmp_path / "stock.stl").write_bytes(trimesh.creation.box(bounds=1e3 * BOX).export(file_type="stl"))
+    (tmp_path / "setup.toml").write_text(
+        'part_in_base = [0, 0, 198, 0, 0, 0]\n[tool]\ndiameter_mm = 6\n[stock]\nmesh = "stock.stl"\n'
+    )
+    said = [f for f in read_inputs(file, cell_for("post", KR15), None).urgent if f.code == "rapid-in-stock"]
+    assert [(f.line, f.count) for f in said] == [(line, count)] * bool(line)
+    assert not said or f"{depth:.0f}." in said[0].text
+
+
+def test_above_the_lower_step_of_a_meshed_stock_there_is_air(tmp_path: Path) -> None:
+    """The box round it is full there, the stock is not."""
+    foot, back = [[-20, -20, -30], [60, 60, -20]], [[-20, -20, -20], [0, 60, 0]]
+    step = trimesh.util.concatenate([trimesh.creation.box(bounds=b) for b in (foot, back)])
+    triangles = mm_to_m(np.asarray(step.triangles))
+    for x, alarm in ((30.0, False), (-10.0, True)):
+        file = tmp_path / "part.apt"
+        file.write_text(
+            f"{HEAD}RAPID\nGOTO/{x},20,20\nRAPID\nGOTO/{x},20,-18\nGOTO/{x},20,-19\nRAPID\nGOTO/{x},20,20\n{END}"
+        )
+        (tmp_path / "setup.toml").write_text('part_in_base = [0, 0, 198, 0, 0, 0]\n[stock]\nmesh = "stock.stl"\n')
+        (tmp_path / "stock.stl").write_bytes(step.export(file_type="stl"))
+        cell = cell_for("post", KR15)
+        found = taken_for_granted(cell, read_setup(tmp_path / "setup.toml", cell), read_toolpath(file), triangles)
+        assert ("rapid-in-stock" in [f.code for f in found]) is alarm
 
 
 def test_it_is_said_first_and_the_program_is_the_files(tmp_path: Path) -> None:

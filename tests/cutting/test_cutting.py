@@ -200,6 +200,14 @@ def test_a_mesh_is_filled_as_it_is_closed() -> None:
         of_mesh(np.asarray(ball.triangles)[: len(ball.faces) // 2], 0.1 * MM)
 
 
+def test_a_block_of_equal_sides_is_closed() -> None:
+    """Each of its faces is two triangles that meet on a diagonal, along which a ray of every row would run."""
+    block = trimesh.creation.box(extents=[80 * MM, 80 * MM, 80 * MM])
+    body = of_mesh(np.asarray(block.triangles), 0.25 * MM)
+    for direction in (0, 1, 2):
+        assert body.volume(direction) == pytest.approx(block.volume, rel=1e-9)
+
+
 def test_room_grows_where_a_ray_meets_many_walls() -> None:
     stock = plate(40, 4, 10, 0.25)
     passes = [straight([[x, -5, 2], [x, 9, 2]], of(0.5, 0)) for x in np.arange(1.0, 39.0, 2.0)]

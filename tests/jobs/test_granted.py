@@ -119,6 +119,27 @@ def test_a_cell_without_bodies_is_said_first(tmp_path: Path) -> None:
     assert codes(posted(tmp_path, None, cell))[:2] == ["no-setup", "no-bodies"]
 
 
+def test_the_tool_and_the_part_alone_are_no_cell_that_was_checked(tmp_path: Path) -> None:
+    """What they do to each other says nothing of collisions of the machine."""
+    cell = Path(shutil.copytree(KR15, tmp_path / "cell"))
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+    (cell / "cell.toml").write_text("".join(b for b in re.split(r"(?m)^(?=\[)", text) if not b.startswith("[[shape]]")))
+    low = "part_in_base = [0, 0, 200, 0, 0, 0]\n[tool]\ndiameter_mm = 3\nlength_mm = 80\n"
+    low += "[part]\nbox_mm = [-100, -50, -30, 100, 50, 10]\n"
+    assert posted(tmp_path, low, cell).summary.collisions.checked is False
+
+
+@pytest.mark.parametrize(("z", "said"), [(0.0, False), (-0.5, False), (-10.0, True)])
+def test_a_stock_below_the_tables_top_is_said(tmp_path: Path, z: float, said: bool) -> None:
+    plate = np.array([[-0.12, -0.05, 0.0], [0.12, -0.05, 0.0], [0.12, 0.05, 0.02]])[None]
+    cell = read_cell(KR15)
+    for place, beside in ((f"0, 0, {z}, 0, 0, 0", False), (f"0, 250, {z}, 0, 0, 0", True)):
+        (tmp_path / "setup.toml").write_text(f"part_in_base = [{place}]\n", encoding="utf-8")
+        setup = read_setup(tmp_path / "setup.toml", cell)
+        found = taken_for_granted(cell, setup, read_toolpath(SAMPLE), plate)
+        assert ("part-in-table" in [f.code for f in found]) is (said and not beside)
+
+
 @pytest.mark.parametrize(
     ("tool", "code"),
     [

@@ -27,6 +27,10 @@ def cell_for(verb: str, path: str | Path) -> Cell:
             home = cell.to_axis_values(cell.q_home).tolist()
             language_named(cell.controller.language).settings(cell.controller, follows_table=turns, home=home)
         except CellError as e:
+            if cell.base_follows_table and not turns:
+                what = "kinematics.base_follows_table is true, and the cell has no table: no joint's role is workpiece"
+                hint = "set it to false, and take base_template or mechanical_unit away"
+                raise CellError(what, hint=hint, path=cell.folder / "cell.toml") from None
             raise CellError(f"controller: {e.what}", hint=e.hint, path=cell.folder / "cell.toml") from None
     return cell
 

@@ -8,10 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.bare_links import bare_links
+from camrob.bodies.table_plate import table_plate
 from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup, ToolSetup
 from camrob.checks.rapids import rapids_in_stock
+from camrob.cutting.dexels import Dexels, of_mesh
+from camrob.errors import InputError
 from camrob.findings import Finding
+from camrob.jobs.files.doubtful import doubtful_cell, doubtful_setup
 from camrob.se3 import xyzabc_from_frame
 from camrob.toolpath.region import Move
 from camrob.toolpath.toolpath import Tool, Toolpath
@@ -24,14 +28,19 @@ _METRES = 3.0
 _OUTWEIGHS = 10.0  # and the part is this many times larger than the way to it
 _SHORTEST = mm_to_m(1.0)  # of a tool: a shorter one is given in metres
 _ANOTHER = mm_to_m(0.1)  # by which a worn or reground tool may differ from the one in the file
+_SINKS = mm_to_m(1.0)  # into a table: a drawing's rounding, a T-nut's play
+_RAYS, _FINEST = 400, mm_to_m(0.25)  # across a stock, and no finer
 _IN_STOCK = 0.02  # of the cuts: where fewer are near the stock, it lies elsewhere or is of another size
 
 Array = NDArray[np.float64]
 
 
-def taken_for_granted(cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array | None = None) -> tuple[Finding, ...]:
-    """No set-up, a part or tool in metres by the look of it, another tool than the file's, no bodies to collide with, a stock
-    that the path doesn't meet, rapids into it. stock: (T, 3, 3) m, its triangles in the CL data's frame.
+def taken_for_granted(
+    cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array | None = None, part: Array | None = None
+) -> tuple[Finding, ...]:
+    """No set-up, numbers in another unit by the look of them, another tool than the file's, no bodies to collide with, a stock
+    that the path doesn't meet, rapids into it, a part below the table's top. stock, part: (T, 3, 3) m, triangles in the CL
+    data's frame.
     """
     found = [
         _no_setup(cell, setup),
@@ -40,9 +49,11 @@ def taken_for_granted(cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array
         *(_another(setup, tool) for tool in toolpath.tools),
         _no_bodies(cell),
         None if stock is None else _apart(toolpath, stock),
-        _rapids(setup, toolpath),
+        None if stock is None else _rapids(setup, toolpath, stock),
+        *(_sunk(cell, setup, what, mesh) for what, mesh in (("stock", stock), ("part", part)) if mesh is not None),
     ]
-    return (*(f for f in found if f is not None), *_bare_links(cell))
+    doubted = *doubtful_setup(setup, toolpath), *doubtful_cell(cell, setup)
+    return (*(f for f in found if f is not None), *doubted, *_bare_links(cell))
 
 
 def _short(tool: ToolSetup) -> Finding | None:
@@ -91,13 +102,64 @@ def _apart(toolpath: Toolpath, stock: Array) -> Finding | None:
     return Finding("stock-apart", text, count=len(points) - near)
 
 
-def _rapids(setup: Setup, toolpath: Toolpath) -> Finding | None:
-    """Rapids of the file into a stock that the set-up gives as a box."""
-    if setup.stock is None or setup.stock.mesh is not None:
-        return None
+def _rapids(setup: Setup, toolpath: Toolpath, stock: Array) -> Finding | None:
+    """Rapids of the file into the stock, a mesh or a box."""
     widths = [t.diameter for t in setup.tools] + [t.diameter for t in toolpath.tools]
-    box = np.stack([np.asarray(setup.stock.lower), np.asarray(setup.stock.upper)])
-    return rapids_in_stock(toolpath.regions, box, max(widths, default=0.0))
+    corners = stock.reshape(-1, 3)
+    box = np.stack([corners.min(axis=0), corners.max(axis=0)])
+    if not np.all(box[1] > box[0]):
+        return None
+    meshed = setup.stock is not None and setup.stock.mesh is not None
+    depth = _InMesh(stock, box) if meshed else None
+    return rapids_in_stock(toolpath.regions, box, max(widths, default=0.0), depth)
+
+
+class _InMesh:
+    """How far points lie within a mesh, along the axes; its rays are made when first asked, which few files do."""
+
+    def __init__(self, triangles: Array, box: Array) -> None:
+        self.triangles = triangles
+        self.pitch = max(float((box[1] - box[0]).max()) / _RAYS, _FINEST)
+        self.rays: Dexels | None = None
+
+    def __call__(self, points: Array) -> Array:
+        """(N,) m; not above 0 outside, within a ray's pitch of the surface, and where the mesh bounds no body."""
+        if not len(points):
+            return np.zeros(0)
+        try:
+            rays = self.rays = self.rays or of_mesh(self.triangles, self.pitch)
+        except InputError:
+            return np.zeros(len(points))
+        depth = np.full(len(points), np.inf)
+        for d in range(3):
+            u, v = rays.others(d)
+            edge, count, first = rays.edge[d], rays.count[d], rays.grid(d)
+            i, j = (
+                np.clip(np.rint((points[:, c] - at) / self.pitch), 0, n - 1).astype(np.int64)
+                for c, at, n in zip((u, v), first, count.shape, strict=False)
+            )
+            used = np.arange(edge.shape[2] // 2) < count[i, j, None]
+            along = points[:, d, None]
+            room = np.minimum(along - edge[i, j][:, ::2], edge[i, j][:, 1::2] - along)
+            depth = np.minimum(depth, np.where(used, room, -1.0).max(axis=1))
+        return np.where(depth > self.pitch, depth, 0.0)
+
+
+def _sunk(cell: Cell, setup: Setup, what: str, mesh: Array) -> Finding | None:
+    """A part or stock, seen from above on the table's plate, that reaches below the plate's top."""
+    plate = table_plate(cell)
+    base_T_part = np.asarray(setup.base_T_part)
+    corners = mesh.reshape(-1, 3) @ base_T_part[:3, :3].T + base_T_part[:3, 3]
+    if plate is None or plate.beyond(corners) > 0.0:
+        return None
+    below = float(m_to_mm(plate.top - corners[:, 2].min()))
+    if below < m_to_mm(_SINKS):
+        return None
+    text = (
+        f"the {what} reaches {below:.1f} mm below the top of {plate.name}, on which it lies: correct Z of part_in_base, "
+        "or where the mesh has its origin"
+    )
+    return Finding("part-in-table", text, value=below, unit="mm")
 
 
 def _no_setup(cell: Cell, setup: Setup) -> Finding | None:

@@ -139,5 +139,5 @@ def inputs_of(toolpath: Toolpath, machine: Cell, job: Setup) -> JobInputs:
         machine, toolpath, base_T_part, clearance=clearance, bounds=corners, changes=change_poses(mounted, changes)
     )
     rapid_speed = RAPID_SPEED if job.rapid_feed is None else job.rapid_feed
-    findings, urgent = (*assumed_limits(machine), *remarks), taken_for_granted(machine, job, toolpath, stock)
+    findings, urgent = (*assumed_limits(machine), *remarks), taken_for_granted(machine, job, toolpath, stock, part)
     return JobInputs(machine, job, mounted[0].tool, toolpath, path, rapid_speed, part, stock, findings, mounted, urgent)

@@ -15,7 +15,7 @@ from camrob.findings import Finding, Severity
 from camrob.jobs.files.inputs import JobInputs, program_comment
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness
-from camrob.jobs.release.release import ReadBack, check_release, path_margins, read_back
+from camrob.jobs.release.release import ReadBack, check_release, named_region, path_margins, read_back
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.solving.feed_within import off_at_speed, tolerance_findings
 from camrob.jobs.solving.resolved_job import Residual, ResolvedJob
@@ -141,7 +141,10 @@ def _made(order: Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> Ma
         back = read_back(main, program, inputs, solution, watch.share)
         if isinstance(verdict, ProgramError):  # unreadable to the witness alone
             raise verdict
-        second = hold_to_witness(verdict, folder)
+        try:
+            second = hold_to_witness(verdict, folder)
+        except VerificationError as error:
+            raise named_region(error, inputs) from None
     with watch.stage("collisions"):
         margins = path_margins(inputs, solution)
         collisions, findings = check_release(back, inputs, solution, margins, order.process, written, watch.share)

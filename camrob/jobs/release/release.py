@@ -44,7 +44,14 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_CAUSES = ("part-in-metres", "tool-in-metres", "stock-apart")  # of a refusal, often
+_CAUSES = (
+    "part-in-metres",
+    "tool-in-metres",
+    "stock-apart",
+    "clearance-in-metres",
+    "limit-unit",
+    "part-in-table",
+)  # of a refusal, often
 TOOL_TOLERANCE = 1e-6  # m, and elements of the rotation: a frame is printed to 5 decimals, two hundred times finer
 
 

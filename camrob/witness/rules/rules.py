@@ -60,8 +60,8 @@ class Terms:
     change: (n,) where the cell changes tools, None where it doesn't say. rapid: m/s, None where the set-up names none.
     chord, decimated: m, the set-up's. spindle_rpm: least, most. hooks: names of the cell's hooks; a file's coolant or spindle
     is not asked of a cell that has none. slower_allowed: why cuts may be slower than the file says. axis_speed: (n,) the
-    most that the axes run, degrees or mm a second, None where the cell doesn't say. loads: number (as of tools) to mass, kg, and
-    its centre on the flange, m; only of tools whose mass the set-up states.
+    most that the axes run, degrees a second, mm of those in `sliding`, None where the cell doesn't say. loads: number (as of
+    tools) to mass, kg, and its centre on the flange, m; only of tools whose mass the set-up states.
     """
 
     base_T_part: Array
@@ -77,6 +77,7 @@ class Terms:
     hooks: frozenset[str] = frozenset({"spindle_on", "coolant_on"})
     slower_allowed: str = ""
     axis_speed: Array | None = None
+    sliding: frozenset[str] = frozenset()
     loads: Mapping[int, tuple[float, ...]] = field(default_factory=dict)
 
 
@@ -106,7 +107,8 @@ def compare(story: Story, run: Run, terms: Terms) -> Comparison:
     scene = Scene(match, file, story, run, events, clear, home, change)
     objections += [*match.objections, *hole_objections(match, file, story, prog, run)]
     objections += feed_objections(match, story, run, terms.rapid, terms.slower_allowed)
-    objections += [] if terms.axis_speed is None else axis_speed_objections(match, story, run, terms.axis_speed)
+    if terms.axis_speed is not None:
+        objections += axis_speed_objections(match, story, run, terms.axis_speed, terms.sliding)
     objections += events.objections
     fittings = Fittings(terms.tools, terms.spindle_rpm, terms.loads)
     objections += state_objections(scene, fittings)

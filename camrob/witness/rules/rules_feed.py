@@ -106,9 +106,12 @@ def _cuts(match: Match, story: Story) -> NDArray[np.bool_]:
     return np.asarray((way == Way.FEED) | ((way == Way.HOLE) & match.cuts))
 
 
-def axis_speed_objections(match: Match, story: Story, run: Run, most: Array) -> Iterator[Objection]:
+def axis_speed_objections(
+    match: Match, story: Story, run: Run, most: Array, sliding: frozenset[str]
+) -> Iterator[Objection]:
     """An axis that would have to run faster than it can for the tip to keep its speed: in a cut the feed is not held, and a
-    table that turns many times too fast for its way is none that was meant. most: (n,) degrees or mm a second.
+    table that turns many times too fast for its way is none that was meant. most: (n,) degrees a second, mm of the
+    axes that slide.
     """
     step = np.linalg.norm(np.diff(run.path.tip, axis=0, prepend=np.nan), axis=1)
     radius = np.linalg.norm(run.path.tip - run.path.center, axis=1)
@@ -128,9 +131,20 @@ def axis_speed_objections(match: Match, story: Story, run: Run, most: Array) -> 
         if len(rows):
             worst = int(rows[np.argmax(share[rows])])
             line, needed = int(run.path.line[worst]), float(share[worst] * most[k])
-            text = f"line {line} of the program: {name} would have to run at {needed:.0f} a second, and runs at {most[k]:.0f}"
+            unit = "mm" if name in sliding else "degrees"
+            text = (
+                f"line {line} of the program: {name} would have to run at {needed:.4g} {unit} a second, "
+                f"and runs at {most[k]:.4g} at the most"
+            )
             yield Objection(
-                "axis-speed", text, line=line, file=int(run.file[worst]), axis=name, value=needed, limit=float(most[k])
+                "axis-speed",
+                text,
+                line=line,
+                file=int(run.file[worst]),
+                axis=name,
+                value=needed,
+                limit=float(most[k]),
+                unit=f"{unit}/s",
             )
 
 

@@ -1,0 +1,82 @@
+"""Numbers of a cell and of a set-up that are of another unit by the look of them, or that can't both be true: warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from camrob.cell.cell import Cell
+from camrob.cell.joint import Joint, Role
+from camrob.cell.setup import Setup
+from camrob.findings import Finding
+from camrob.toolpath.region import Move
+from camrob.toolpath.toolpath import Toolpath
+from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_to_m, rad_to_deg
+
+__all__ = ["doubtful_cell", "doubtful_setup"]
+
+_RADIANS = deg_to_rad(4.0 * np.pi)  # two turns in radians, read as degrees: no axis of an arm has so little way
+_SLOW = deg_to_rad(10.0)  # a second: the slowest axes of the heaviest arms make five times as much
+_METRES = mm_to_m(20.0)  # of way, and a second: no track is as short, or as slow
+_MOST_ACCELERATION = 100.0  # m/s2: ten times what the fastest arms reach
+_LEAST_CLEARANCE = mm_to_m(1.0)  # that somebody lifts a tool by
+
+
+def doubtful_cell(cell: Cell, setup: Setup) -> tuple[Finding, ...]:
+    """Limits in radians or metres, an acceleration in mm/s2, and more on the flange than the arm carries."""
+    return (*(f for joint in cell.joints for f in _limits(joint)), *_acceleration(cell), *_load(cell, setup))
+
+
+def _limits(joint: Joint) -> Iterator[Finding]:
+    """The range and the speed of a real axis."""
+    if joint.role is Role.ROLL or (joint.role is Role.WORKPIECE and not joint.prismatic):
+        return  # a table may turn as slowly, and as little, as it likes
+    shown, unit, other = (m_to_mm, "mm", "metres") if joint.prismatic else (rad_to_deg, "degrees", "radians")
+    least_way, least_speed = (_METRES, _METRES) if joint.prismatic else (_RADIANS, _SLOW)
+    hint = f"looks like {other}: cell.toml gives {unit}"
+    if joint.upper - joint.lower < least_way:
+        lower, upper = (float(shown(v)) for v in (joint.lower, joint.upper))
+        text = f"the range of {joint.name}, {lower:.4g} to {upper:.4g}, {hint}"
+        yield Finding("limit-unit", text, axis=joint.name, value=upper - lower, unit=unit)
+    if joint.speed < least_speed:
+        speed = float(shown(joint.speed))
+        yield Finding("limit-unit", f"the speed of {joint.name}, {speed:.4g}, {hint} a second", axis=joint.name)
+
+
+def _acceleration(cell: Cell) -> Iterator[Finding]:
+    """The tool's acceleration on the controller."""
+    section = cell.controller_section
+    if section is not None and section.acc_cp > _MOST_ACCELERATION:
+        text = f"acc_cp_m_s2 = {section.acc_cp:.4g} looks like mm/s2: cell.toml gives m/s2"
+        yield Finding("acceleration-unit", text, value=section.acc_cp, unit="m/s2")
+
+
+def _load(cell: Cell, setup: Setup) -> Iterator[Finding]:
+    """The heaviest single thing behind the arm's last axis: the flange that weighs there, too, is the arm's own."""
+    last = cell.joints[cell.arm_slice.stop - 1].name
+    hung = [(f"{m.name!r} of cell.toml", m.mass) for m in cell.masses if m.after == last]
+    hung += [
+        (f"tool {t.name!r} of setup.toml" if t.name else "the tool of setup.toml", t.mass or 0.0) for t in setup.tools
+    ]
+    what, mass = max(hung, key=lambda pair: pair[1], default=("", 0.0))
+    if cell.payload and mass > cell.payload:
+        text = f"{what} weighs {mass:.4g} kg, and payload_kg of cell.toml is {cell.payload:.4g}: correct the one that is wrong"
+        yield Finding("overload", text, value=mass, limit=cell.payload, unit="kg")
+
+
+def doubtful_setup(setup: Setup, toolpath: Toolpath) -> Iterator[Finding]:
+    """A clearance in metres, and rapids slower than every cut."""
+    if setup.clearance is not None and 0.0 < setup.clearance < _LEAST_CLEARANCE:
+        clearance = float(m_to_mm(setup.clearance))
+        text = f"clearance_mm = {clearance:.4g} of the set-up looks like metres: it is in mm"
+        yield Finding("clearance-in-metres", text, value=clearance, unit="mm")
+    feeds = [np.asarray(r.feed)[np.asarray(r.move) == Move.CUT] for r in toolpath.regions if len(r)]
+    least = min((float(f.min()) for f in feeds if len(f)), default=0.0)
+    if setup.rapid_feed is not None and setup.rapid_feed < least:
+        rapid, slowest = m_s_to_mm_min(setup.rapid_feed), m_s_to_mm_min(least)
+        text = (
+            f"rapid_feed_mm_min = {rapid:.4g} of the set-up is slower than every cut of the file ({slowest:.4g} mm/min at"
+            " the least): it is in mm a minute"
+        )
+        yield Finding("slow-rapids", text, value=rapid, unit="mm/min")

@@ -1,0 +1,120 @@
+"""Numbers that are of another unit by the look of them, or that can't both be true, are said before all else."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from camrob import post, verify
+from camrob.cell.read_cell import read_cell
+from camrob.cell.read_setup import read_setup
+from camrob.errors import CellError, JobError
+from camrob.jobs.files.cell_for import cell_for
+from camrob.jobs.files.doubtful import doubtful_cell, doubtful_setup
+from camrob.toolpath.read import read_toolpath
+
+ROOT = Path(__file__).resolve().parents[3]
+KR15 = ROOT / "cells" / "kr15_track_table"
+SAMPLE = ROOT / "toolpaths" / "engraving" / "engraving.cls"
+SLIPS = {  # what is written in cell.toml, what instead of it, what is said
+    "range in radians": (r"range_deg = \[-185, 185\]", "range_deg = [-3.23, 3.23]", "range of A1, -3.23 to 3.23"),
+    "speed in radians": (r"speed_deg_s = 604", "speed_deg_s = 9.9", "speed of A6, 9.9"),
+    "track in metres": (r"range_mm = \[-1500, 1500\]", "range_mm = [-1.5, 1.5]", "range of E1, -1.5 to 1.5"),
+    "track's speed": (r"speed_mm_s = 1000", "speed_mm_s = 1", "speed of E1, 1, looks like metres"),
+    "acceleration": (r"acc_cp_m_s2 = 2", "acc_cp_m_s2 = 2000", "acc_cp_m_s2 = 2000 looks like mm/s2"),
+    "payload": (r"payload_kg = 15", "payload_kg = 5", "'spindle and tool' of cell.toml weighs 12 kg"),
+    "a short range": (r"range_deg = \[-145, 25\]", "range_deg = [-90, -70]", ""),
+    "a short track": (r"range_mm = \[-1500, 1500\]", "range_mm = [-50, 50]", ""),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_in_a_cell_is_named(tmp_path: Path, slip: str) -> None:
+    old, new, said = SLIPS[slip]
+    shutil.copytree(KR15, tmp_path / "cell")
+    file = tmp_path / "cell" / "cell.toml"
+    text, count = re.subn(old, new, file.read_text(encoding="utf-8"))
+    file.write_text(text, encoding="utf-8")
+    cell = read_cell(tmp_path / "cell")
+    found = [f.text for f in doubtful_cell(cell, read_setup(None, cell))]
+    assert count == 1 and len(found) == bool(said) and (not said or said in found[0])
+
+
+@pytest.mark.parametrize("cell", sorted(p.name for p in (ROOT / "cells").iterdir() if p.is_dir()))
+def test_the_cells_that_come_along_are_not_doubted(cell: str) -> None:
+    machine = read_cell(ROOT / "cells" / cell)
+    assert doubtful_cell(machine, read_setup(None, machine)) == ()
+
+
+def test_a_tool_heavier_than_the_payload_is_named(tmp_path: Path) -> None:
+    (tmp_path / "setup.toml").write_text("[tool]\nname = 'big'\nmass_kg = 16\ncenter_of_mass_mm = [0, 0, 100]\n")
+    cell = read_cell(KR15)
+    (found,) = doubtful_cell(cell, read_setup(tmp_path / "setup.toml", cell))
+    assert "tool 'big' of setup.toml weighs 16 kg" in found.text
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("clearance_mm = 0.04", "clearance-in-metres"),
+        ("clearance_mm = 0", None),
+        ("clearance_mm = 2", None),
+        ("rapid_feed_mm_min = 12", "slow-rapids"),
+        ("rapid_feed_mm_min = 301", None),  # of its cuts the slowest has 300
+    ],
+)
+def test_a_slip_in_a_set_up_is_named(tmp_path: Path, line: str, code: str | None) -> None:
+    (tmp_path / "setup.toml").write_text(f"{line}\n", encoding="utf-8")
+    found = doubtful_setup(read_setup(tmp_path / "setup.toml", read_cell(KR15)), read_toolpath(SAMPLE))
+    assert [f.code for f in found] == ([code] if code else [])
+
+
+def test_a_refusal_by_the_witness_names_the_slip_and_its_unit(tmp_path: Path) -> None:
+    shutil.copytree(KR15, tmp_path / "cell")
+    file = tmp_path / "cell" / "cell.toml"
+    text = file.read_text(encoding="utf-8").replace(
+        "range_mm = [-1500, 1500], speed_mm_s = 1000", "range_mm = [-50, 50], speed_mm_s = 1"
+    )
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(JobError) as refused:
+        post(SAMPLE, cell=tmp_path / "cell", out=tmp_path / "out", report=False)
+    said = str(refused.value)
+    assert re.search(r"E1 would have to run at [\d.]+ mm a second, and runs at 1 at the most", said)
+    assert (
+        "the speed of E1, 1, looks like metres: cell.toml gives mm a second" in said
+        and "mm/s where the limit is" in said
+    )
+
+
+def _without_table(folder: Path) -> Path:
+    """The cell before its table is taken out of the rest of cell.toml, too: as somebody leaves it who takes the joint out."""
+    shutil.copytree(KR15, folder)
+    (folder / "poses.csv").unlink()
+    text = (folder / "cell.toml").read_text(encoding="utf-8").replace('weights = { E2 = "w_M", ', "weights = { ")
+    blocks = re.split(r"(?m)^(?=\[)", text)
+    (folder / "cell.toml").write_text("".join(b for b in blocks if 'name = "E2"' not in b), encoding="utf-8")
+    return folder
+
+
+def test_a_base_that_follows_no_table_is_refused_for_that(tmp_path: Path) -> None:
+    with pytest.raises(CellError, match=r"base_follows_table is true, and the cell has no table.*set it to false"):
+        cell_for("post", _without_table(tmp_path / "cell"))
+
+
+def test_limits_of_a_program_that_could_not_be_replayed_are_not_good(tmp_path: Path) -> None:
+    """It moves E2, which the cell lacks."""
+    made = post(SAMPLE, cell=KR15, out=tmp_path / "out", report=False)
+    cell = _without_table(tmp_path / "cell")
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+    still = re.sub(
+        r"(?m)^base_template.*\n", "", text.replace("base_follows_table = true", "base_follows_table = false")
+    )
+    still = still.replace(
+        "base_to_first = [0, 0, 0, 0, 0, 0]", "base_to_first = [-803, 0, -305, 180, 0, 90]"
+    )  # E2 at HOME
+    (cell / "cell.toml").write_text(still, encoding="utf-8")
+    judged = verify(tmp_path / "out" / made.summary.files[0], cell=cell, manifest=False).summary
+    assert judged.judged.limits is None and any("E2" in text for text in judged.not_judged)
