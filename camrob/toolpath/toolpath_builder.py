@@ -23,7 +23,7 @@ class RegionBuilder:
     Single points go in cheaply, and so do whole arrays. Events attach to the point that comes next.
     """
 
-    __slots__ = ("_arcs", "_chunks", "_count", "_events", "_last", "_loose")
+    __slots__ = ("_arcs", "_before", "_chunks", "_count", "_events", "_last", "_loose")
 
     def __init__(self) -> None:
         self._clear()
@@ -35,6 +35,7 @@ class RegionBuilder:
         self._events: list[Event] = []
         self._count = 0
         self._last: tuple[float, ...] = ()
+        self._before: tuple[float, ...] = ()  # the newest point but one
 
     def __len__(self) -> int:
         """Number of points so far."""
@@ -61,6 +62,11 @@ class RegionBuilder:
         return Move(int(self._last[6])) if self._count else None
 
     @property
+    def last_way(self) -> NDArray[np.float64] | None:
+        """From the newest point but one to the newest (3,), None where there are no two."""
+        return np.array(self._last[:3]) - self._before[:3] if self._before else None
+
+    @property
     def last_feed(self) -> float:
         """The feed (m/s) with which the tool came to the newest point, NaN for a rapid or where there is none yet."""
         return self._last[7] if self._count else math.nan
@@ -73,7 +79,7 @@ class RegionBuilder:
         reals.extend((x, y, z, i, j, k, math.nan if move == Move.RAPID else feed))
         moves.append(int(move))
         lines.append(line)
-        self._last = (x, y, z, i, j, k, float(move), reals[-1])
+        self._before, self._last = self._last, (x, y, z, i, j, k, float(move), reals[-1])
         self._count += 1
 
     def points(self, position: ArrayLike, axis: ArrayLike, feed: ArrayLike, move: ArrayLike, line: ArrayLike) -> None:
@@ -91,6 +97,7 @@ class RegionBuilder:
         lines[:] = line
         reals[moves == Move.RAPID, 6] = math.nan
         self._chunks.append((reals, moves, lines))
+        self._before = self._last if n == 1 else tuple(reals[-2, :3].tolist())
         self._last = (*reals[-1, :6].tolist(), float(moves[-1]), float(reals[-1, 6]))
         self._count += n
 

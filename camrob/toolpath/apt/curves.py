@@ -19,6 +19,7 @@ __all__ = ["Nurbs", "arc_to", "circle", "indirv", "tlon"]
 
 _MISFIT_MM = 0.05  # start and end may differ in radius by rounding, not by more than this
 _FLAT_MM = 0.001  # an axial rise below this is rounding: the arc stays an arc
+_STRAIGHT_BACK = 0.94  # cosine: within 20 degrees of it
 _MOST_TURNS = 1000
 _LEFT_HANDED = 11  # numbers of CIRCLE where its axis points against the sense of turning
 _TLON = re.compile(r"\(\s*CIRCLE\s*/([^()]*)\)\s*,\s*ON\s*,.*\(\s*LINE\s*/([^()]*)\)", re.I | re.S)
@@ -52,7 +53,25 @@ def circle(m: Machine, s: Statement) -> None:
         axis = -axis
     radius = v[6] * m.scale if len(v) > 6 else 0.0
     m.curve_line = s.line
+    if m.dialect.left_handed_arcs is None:
+        _check_sense(m, center, axis, s.line)
     m.curve = lambda end, tool, line: arc_to(m, end, center, axis, turns, tool, line, radius)
+
+
+def _check_sense(m: Machine, center: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:
+    """Raises ToolpathError where an arc whose sense is assumed turns straight back, which the other sense would not."""
+    way = m.builder.last_way
+    if way is None or m.position is None or m.builder.last_move != Move.CUT or m.rapid:
+        return
+    leaves = np.cross(axis, m.position - center)
+    size = float(np.linalg.norm(way) * np.linalg.norm(leaves))
+    if size > 0.0 and float(way @ leaves) < -_STRAIGHT_BACK * size:
+        raise ToolpathError(
+            "CIRCLE about its axis would turn straight back where it begins, and the other way round go on smoothly: "
+            "the file does not say whose it is",
+            hint="name its dialect (nx-clsf and makino-cldata mean the axis the other way), or output points",
+            line=line,
+        )
 
 
 def arc_to(

@@ -280,11 +280,7 @@ class Interpreter:
             return
         self.motions.cuttable()
         if "C" in words and abs(frame.angles[2] - turned_before) > _LONG_WAY and self.path.place is not None:
-            self.path.note(
-                "rotary-long-way",
-                "C turns by more than 180 degrees within one cut; read as the numbers say, without rollover",
-                block.line,
-            )
+            self._long_way(block.line)
         to = frame.stance()
         if block.corner is not None or self._open is not None:
             self._open = self._cornered(block, motion, np.array(before), to)
@@ -296,6 +292,16 @@ class Interpreter:
         else:
             self._arc(block, motion, np.array(before), to)
 
+    def _long_way(self, line: int) -> None:
+        """A cut in which C turns by more than half a turn. Raises ToolpathError where the control may go the other way round."""
+        text = "C turns by more than 180 degrees within one cut"
+        if self.modal.rolls:
+            raise ToolpathError(
+                f"{text}: an axis that rolls over at 360 goes the shorter way, one that doesn't the longer",
+                hint="post angles that go on beyond 360, or that cut in shorter moves",
+            )
+        self.path.note("rotary-long-way", f"{text}; read as the numbers say, without rollover", line)
+
     def _rewind(self, block: Block, *, cut: bool) -> None:
         """Name rotary axes by whole turns otherwise, so that each goes to its word as the word says: the shortest way, or on.
 
@@ -305,7 +311,7 @@ class Interpreter:
             shift = self.frame.rewound(letter, block.words[letter], how)
             if shift is None and cut:
                 raise ToolpathError(
-                    f"{letter}={how}(...) of a cut half a turn wide, or from an angle that is not known",
+                    f"{letter} by {how} (M126 is DC, the shorter way) in a cut half a turn wide, or from an angle not known",
                     hint=f"write {letter} as a plain value",
                 )
             place = self.path.place

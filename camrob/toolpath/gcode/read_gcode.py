@@ -107,6 +107,7 @@ def read_gcode(
         zero_edge=control.zero_edge,
         keeps_motion=control.keeps_motion,
         rereads=control.rereads or path.suffix.lower() == ".ngc",
+        rolls=control.rolls and machine.endswith("-iso"),
         clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
     if units is not None:

@@ -24,6 +24,7 @@ class Modal:
     stated: bool = False  # a G20 or G21 was read
     motion: int | None = None
     beside: int | None = None  # of G0 to G3, the last one
+    rolls: bool = False  # rotary axes may roll over at 360 degrees, by a parameter of the machine's (Fanuc and alike)
     clamps: bool = False  # M13 and M14 are clamps of rotary axes (Haas), as M10 to M12 are, and no spindle
     keeps_motion: bool = False  # G80 leaves that one in force
     plane: int = 170

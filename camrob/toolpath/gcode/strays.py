@@ -15,13 +15,20 @@ _PLAIN = frozenset(
     (0, 10, 20, 30, 170, 180, 190, 200, 210, 430, 440, 490, *range(540, 600, 10), 900, 910, 940, 950, 980, 990)
 )
 _LIMITS = frozenset((250, 260, 500, 920))  # G50 S, G92 S (lathes, Mitsubishi), G25 S, G26 S
+_AREAS = frozenset((220, 250, 260))
+_PLACES = frozenset("XYZABCIJKUVW")
 _AXES = frozenset("XYZABC")
-_ASKED = frozenset("RQIJKS")
+_ASKED = frozenset("RQIJKSLP")
 
 
 def refuse_strays(block: Block, motion: int | None, *, vectors: bool) -> None:
     """Raises ToolpathError for such words; motion: the code in force, in tenths; vectors: I, J, K are the tool's axis (G43.5)."""
     words = block.words
+    if not _AREAS.isdisjoint(block.g) and not _PLACES.isdisjoint(words):
+        raise ToolpathError(
+            "G22, G25 or G26 with axes: they fence the working area and move nothing (Fanuc, Siemens), which is not read",
+            hint="take the block out",
+        )
     if vectors or _ASKED.isdisjoint(words):
         return
     if "S" in words and not _LIMITS.isdisjoint(block.g):
@@ -36,6 +43,11 @@ def refuse_strays(block: Block, motion: int | None, *, vectors: bool) -> None:
         )
     if block.m or not _PLAIN.issuperset(block.g):
         return
+    if ("L" in words and motion not in CYCLES) or (words.keys() <= {"P", "N"} and "P" in words and not block.g):
+        raise ToolpathError(
+            "L or P in a block that has no use for it: a subprogram is called (Siemens' L10 P3), or a block repeated",
+            hint="append the subprogram as that control has it, or have the path written out as plain blocks",
+        )
     strange = set(words) & set("RQIJK" if motion in _LINES else "Q" if motion in _ARCS else "")
     if motion == 10 and not _AXES.isdisjoint(words):
         strange &= {"Q"}  # the others are refused as a corner

@@ -41,6 +41,8 @@ def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
         return "E, an offset of Fadal's or an exponent"
     if "S" in named and codes & {"25", "26", "50", "92"}:
         return "S as a limit of the spindle's speed"
+    if codes & {"22", "25", "26"} and named & set("XYZABCIJKUVW"):
+        return "G22, G25 or G26 with axes, which fence an area"
     if "62" in codes and named & set("XYZ"):
         return "G62 with axes, which may be a mirror"
     if "16" in codes and "H" in named:
@@ -53,7 +55,9 @@ def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
         return "I or J in a drilling cycle"
     if "M" in named or codes - _TAKE_NONE or vectors or motion in _HOLES:
         return ""
-    odd = named & set("Q" if motion in ("2", "3") else "RQIJK")
+    odd = named & set("QL" if motion in ("2", "3") else "RQIJKL")
+    if "P" in named and named <= {"P", "N"}:
+        return "P alone, which may be a call or a repeat"
     return f"{', '.join(sorted(odd))} in a block that has no use for it" if odd else ""
 
 

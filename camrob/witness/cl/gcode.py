@@ -50,6 +50,7 @@ class GcodeReader(Switching):
 
     def __init__(self, tell: Teller, units: str | None, offsets: Offsets, *, by_tool: bool = False) -> None:
         super().__init__(tell, Standing(-1.0 if by_tool else 1.0))
+        self._rolls = by_tool and type(self) is GcodeReader  # rotary axes may roll over at 360 degrees
         self._offsets, self._fixed, self.units = offsets, units is not None, units or "mm"
         self._motion, self._plane, self._feed_mode = "", "17", "94"
         self._bent: Wanted | None = None  # the corner at the end of the block
@@ -308,8 +309,7 @@ class GcodeReader(Switching):
         pose, way = stand.pose(), Way.RAPID if self._motion == "0" else Way.FEED
         if pose is None:
             if way == Way.FEED:
-                modes = (self._motion, self._feed_mode, self._plane)
-                self._begins.cut(line, axes, straight=modes == ("1", "94", "17"))
+                self._begins.cut(line, axes, straight=(self._motion, self._feed_mode, self._plane) == ("1", "94", "17"))
             self._tell.lose()
             return
         time = 0.0
@@ -323,13 +323,14 @@ class GcodeReader(Switching):
             return
         feed = None
         if time:
-            start = np.array([before[letter] for letter in "XYZ"], float)  # None: NaN
-            length = float(np.linalg.norm(pose[0] - start))
+            length = float(np.linalg.norm(pose[0] - np.array([before[letter] for letter in "XYZ"], float)))  # None: NaN
             if math.isnan(length):
                 self._tell.gap(line, "G93 from where the tool isn't known to be", lost=False)
             feed = length / time if length else math.nan  # a turn on the spot has no speed of the tip
         ends = [np.array([at[letter] for letter in "XYZABC"], float) for at in (before, stand.at)]
         exact = not stand.odd and way == Way.FEED  # in rapid each axis goes as fast as it can
+        if exact and self._rolls and abs(float(ends[1][5] - ends[0][5])) > 180.0:
+            self._tell.gap(line, "C by more than half a turn, which an axis that rolls over goes the other way round")
         for place in [*(on_the_way(ends[0], ends[1], "B" in stand.used) if exact else []), pose]:
             self._move(*place, way, line, feed)
 

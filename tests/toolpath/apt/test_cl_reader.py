@@ -254,6 +254,17 @@ def test_an_arc_of_no_known_system_turns_as_its_form_says_and_that_is_said() -> 
     assert [f.code for f in t.findings].count("arc-sense") == 1
 
 
+@pytest.mark.parametrize(("sense", "goes"), [(1, True), (-1, False)])
+def test_an_arc_of_no_known_system_that_would_turn_straight_back_is_refused(sense: int, goes: bool) -> None:
+    """Behind a cut along X the arc about (10, 5) goes on smoothly right-handedly about +Z alone."""
+    text = HEAD + f"GOTO/0,0,0\nGOTO/10,0,0\nCIRCLE/10,5,0,0,0,{sense},5\nGOTO/15,5,0\n"
+    if goes:
+        assert read(text, "apt").regions[0].arcs[0].angle == pytest.approx(math.pi / 2)
+        return
+    with pytest.raises(ToolpathError, match="straight back"):
+        read(text, "apt")
+
+
 def test_full_circle_helix_and_other_planes() -> None:
     t = read(HEAD + "GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/10,0,0\n")
     assert t.regions[0].arcs[0].angle == pytest.approx(2 * math.pi)

@@ -82,6 +82,52 @@ def test_axes_that_turn_much_on_a_short_way_leave_the_great_arc(tmp_path: Path) 
     posted(tmp_path, "a.mpf", SIEMENS.format("G71", 60, body), setup=PLACE, dialect="gcode-xyzac-iso")
 
 
+def test_m126_turns_the_shorter_way_round(tmp_path: Path) -> None:
+    """From 350 to 10 degrees are 20, and 340 without it: the tool swept the long way."""
+    body = "L A+10 C+350 FMAX\n{}M128\nL X+0 Y+0 FMAX\nL Z-1 F300\nL X+10 C+10 F900\nL X+12 IC-5\nL Z+20\nM129\n"
+    found = cuts(tmp_path, "a.h", KLARTEXT.format(body.format("M126\n")), "gcode-xyzac-iso")
+    turns = np.degrees(np.arctan2(found[:, 3], -found[:, 4]))
+    assert (
+        turns.min() == pytest.approx(-10.0) and turns.max() == pytest.approx(10.0) and turns[-1] == pytest.approx(5.0)
+    )
+    long = cuts(tmp_path, "b.h", KLARTEXT.format(body.format("")), "gcode-xyzac-iso")
+    assert np.degrees(np.arctan2(long[:, 3], -long[:, 4])).max() > 170.0
+    body = body.format("M126\n").replace("C+10 F900", "C+170 F900")
+    (tmp_path / "c.h").write_text(KLARTEXT.format(body), encoding="utf-8")
+    with pytest.raises(ToolpathError, match="half a turn wide"):
+        read_toolpath(tmp_path / "c.h", dialect="gcode-xyzac-iso")
+    assert "either way" in read_story(tmp_path / "c.h", dialect="gcode-xyzac-iso").gaps[0].text
+
+
+REFUSED = {
+    "L10 P3": "no use for it",  # Siemens' subprogram, in a file that shows nothing of Siemens'
+    "P5000": "no use for it",
+    "G1 X15. L3": "no use for it",
+    "G22 X0. Y0. Z-9. I50. J50. K9.": "fence the working area",
+    "G22 X15. Y5.": "fence the working area",  # was read as a cut
+    "G25 X5. Y5.": "fence the working area",
+}
+
+
+@pytest.mark.parametrize("block", REFUSED)
+def test_what_was_passed_over_or_cut_is_refused(tmp_path: Path, block: str) -> None:
+    (tmp_path / "a.nc").write_text(ISO + block + "\nX20.\nG0 Z20.\nM30\n", encoding="utf-8")
+    with pytest.raises(ToolpathError, match=REFUSED[block]):
+        read_toolpath(tmp_path / "a.nc")
+    assert read_story(tmp_path / "a.nc").gaps
+
+
+def test_half_a_turn_in_a_cut_may_go_either_way(tmp_path: Path) -> None:
+    """Fanuc's parameter 1008: a rotary axis that rolls over goes the shorter way from 350 to 10 degrees."""
+    text = ISO.replace("G43 H1 Z20.", "G0 A10. C350.\nG43.4 H1 X0. Y0. Z20.") + "X15. C10.\nG0 Z20.\nG49\nM30\n"
+    (tmp_path / "a.nc").write_text(text, encoding="utf-8")
+    with pytest.raises(ToolpathError, match="rolls over"):
+        read_toolpath(tmp_path / "a.nc", dialect="gcode-xyzac-iso")
+    assert "half a turn" in read_story(tmp_path / "a.nc", dialect="gcode-xyzac-iso").gaps[0].text
+    found = cuts(tmp_path, "b.nc", text.replace("C10.", "C370."), "gcode-xyzac-iso")
+    assert np.degrees(np.arctan2(found[:, 3], -found[:, 4])) == pytest.approx([-10.0, -10.0, 10.0])
+
+
 @pytest.mark.parametrize(
     ("cycle", "heights", "dwell"),
     [

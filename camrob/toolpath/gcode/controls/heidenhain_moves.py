@@ -57,6 +57,7 @@ class HeidenhainMoves:
         self._moved = False  # the program has named a place of the part's
         self._begun = False
         self._tcp = False
+        self._shortest = False  # M126: rotary axes go the shorter way round
         self._corner: Corner | None = None  # at the end of the next straight cut
         self._rounded = False  # the last one has taken it
 
@@ -133,6 +134,10 @@ class HeidenhainMoves:
     def _place(self, words: dict[str, str]) -> dict[str, float]:
         return placed(words, self._at, self._value)
 
+    def _ways(self, words: dict[str, str]) -> tuple[tuple[str, str], ...]:
+        """Rotary axes that go the shorter way round to a place (M126); a step goes as it says."""
+        return tuple((letter, "DC") for letter in "ABC" if self._shortest and letter in words)
+
     def _behind(self, codes: list[int], line: int) -> Iterator[Block]:
         """What M functions do behind a motion, or without one: M99 calls the cycle in force where the tool stands."""
         if 99 in codes:
@@ -146,6 +151,8 @@ class HeidenhainMoves:
         for code in codes:
             if code in MODES:
                 raise ToolpathError(f"M{code} changes the path or its feed, and is not read", hint="post without it")
+            if code in (126, 127):
+                self._shortest = code == 126
         kept = tuple(c * 10 for c in codes if c not in SILENT | MACHINE and c != 99)
         if kept:
             yield Block(line, {}, m=kept)
@@ -177,7 +184,7 @@ class HeidenhainMoves:
             self._lose()
             yield from self._behind(codes, line)
             return
-        before = tuple(c for c in codes if c in (*STARTING, 128))
+        before = tuple(c for c in codes if c in (*STARTING, 126, 127, 128))
         yield from self._codes(list(before), line)
         to = self._place(words)
         vector = None
@@ -190,7 +197,7 @@ class HeidenhainMoves:
         elif to or vector is not None:
             corner = self._corner if motion else None
             self._rounded, self._moved = corner is not None, True
-            yield Block(line, {**to, **feed}, (motion,), vector=vector, corner=corner)
+            yield Block(line, {**to, **feed}, (motion,), vector=vector, corner=corner, ways=self._ways(words))
             self._at |= to
             if vector is not None:
                 self._lose("ABC")
@@ -210,7 +217,7 @@ class HeidenhainMoves:
         yield from offset_blocks(words, line)
         if MACHINE & set(codes):
             raise ToolpathError(f"M91 or M92 in {kind}: an arc, or a polar motion, by the machine", hint="use L for it")
-        before = [c for c in codes if c in (*STARTING, 128)]
+        before = [c for c in codes if c in (*STARTING, 126, 127, 128)]
         yield from self._codes(before, line)
         to, pole = self._place(words), Pole() if kind == "CR" else self._pole
         first, second = pole.letters[0], pole.letters[1]
@@ -222,7 +229,7 @@ class HeidenhainMoves:
             motion = 0 if self._feeds.rapid else 10
             corner = self._corner if motion and pole.letters == "XY" else None
             self._rounded = corner is not None
-            yield Block(line, {**to, **feed}, (motion,), corner=corner)
+            yield Block(line, {**to, **feed}, (motion,), corner=corner, ways=self._ways(words))
         else:
             sense = words.get("DR", "")[:1]
             if sense not in ("+", "-"):
@@ -236,7 +243,8 @@ class HeidenhainMoves:
                 round_ = pole.from_here(self._at)
             if turns > 1:
                 round_["P"] = float(turns)
-            yield Block(line, {**to, **round_, **feed}, (pole.code, 30 if sense == "+" else 20))
+            sense_code = 30 if sense == "+" else 20
+            yield Block(line, {**to, **round_, **feed}, (pole.code, sense_code), ways=self._ways(words))
             if pole.code != 170:
                 yield Block(line, {}, (170,))
         self._at |= to

@@ -64,5 +64,6 @@ ISO = Control(
     _blocks,
     plain=True,
     keeps_motion=True,
+    rolls=True,
     clamps=True,
 )

@@ -11,8 +11,9 @@ from camrob.toolpath.gcode.controls.siemens import SIEMENS
 __all__ = ["CONTROLS", "choose_control"]
 
 CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, SIEMENS, HEIDENHAIN)}
+_BY_NAME = 2  # above ISO's 1, below the words that another control has for itself
 
 
 def choose_control(text: str, suffix: str) -> Control:
-    """The control whose program the text looks most like, else by the file's suffix: ISO's, where nothing shows another one's."""
-    return max(CONTROLS.values(), key=lambda c: (c.recognise(text), suffix.lower() in c.suffixes))
+    """The control whose program the text and the file's suffix look most like: ISO's, where nothing shows another one's."""
+    return max(CONTROLS.values(), key=lambda c: c.recognise(text) + _BY_NAME * (suffix.lower() in c.suffixes))

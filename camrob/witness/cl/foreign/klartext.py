@@ -45,7 +45,7 @@ class KlartextReader(ForeignReader):
         self._per_turn = False  # the feed in force is one of FU
         self._drills: Hole | None = None
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
-        self._unsure = False  # it has ended within the plane
+        self._unsure = self._shortest = False  # it has ended within the plane; M126
         self._pole: Pole | None = None
         super().read(text)
 
@@ -209,8 +209,7 @@ class KlartextReader(ForeignReader):
                 raise UnreadError(f"{token['name']} twice, or without a number")
             else:
                 words[token["name"]] = token["value"] or ""
-        rapid = words.pop("FMAX", None) is not None
-        return words, codes, rapid
+        return words, codes, words.pop("FMAX", None) is not None
 
     def _switch(self, codes: list[str], line: int, *, first: bool) -> None:
         """The M functions that act before a motion, or behind it."""
@@ -221,6 +220,8 @@ class KlartextReader(ForeignReader):
                     self._block([word], line)
                 if code in ("128", "129"):
                     self._here = {}
+            elif code in ("126", "127"):
+                self._shortest = code == "126"  # the shorter way round
             elif code not in QUIET and code not in (*FIRST, *LAST, "91", "92"):
                 raise klartext_places.unread_code(code)
 
@@ -235,7 +236,7 @@ class KlartextReader(ForeignReader):
             if words.pop(word, None) is not None:
                 self._offsets.block([code], [], {}, line)
 
-    def _ends(self, words: dict[str, str]) -> dict[str, float]:
+    def _ends(self, words: dict[str, str], *, rapid: bool = False) -> dict[str, float]:
         """Where the axes go, absolute."""
         to: dict[str, float] = {}
         for name in [w for w in words if re.fullmatch(r"I?[XYZABC]", w)]:
@@ -245,6 +246,8 @@ class KlartextReader(ForeignReader):
                 if math.isnan(at):
                     raise UnreadError(f"{name} from where the axis isn't known to be")
                 value += at
+            elif self._shortest and letter in "ABC" and not self._stand.wind(letter, value, "DC") and not rapid:
+                raise UnreadError(f"{letter} under M126, which may be either way round")
             to[letter] = value
         return to
 
@@ -265,15 +268,13 @@ class KlartextReader(ForeignReader):
             vector = tuple(float(words.pop(name, "0")) for name in ("TX", "TY", "TZ"))
         elif {"NX", "NY", "NZ"} & set(words):
             raise UnreadError("LN with a normal, and no tool axis")
-        for name in ("NX", "NY", "NZ"):
-            words.pop(name, None)
-        to = self._ends(words)
+        words = {name: value for name, value in words.items() if name not in ("NX", "NY", "NZ")}
+        to = self._ends(words, rapid=rapid)
         if words:
             raise UnreadError(f"{', '.join(words)} in a straight motion")
         block = [*(f"{letter}{value:.9f}" for letter, value in to.items()), *feed]
         if {"91", "92"} & set(codes):
-            for letter in to:
-                self._here.pop(letter, None)
+            self._here = {letter: value for letter, value in self._here.items() if letter not in to}
             self._block(["G53", "G0" if rapid else "G1", *block], line)
         elif to or vector:
             self._block(["G0" if rapid else "G1", *block], line, vector)
@@ -299,8 +300,7 @@ class KlartextReader(ForeignReader):
             raise UnreadError(klartext_values.ARC_BY_MACHINE)
         self._switch(codes, line, first=True)
         feed = self._fed(words)
-        sense = words.pop("DR", "")
-        to, more = self._ends(words), list[str]()
+        to, more, sense = self._ends(words, rapid=rapid), list[str](), words.pop("DR", "")
         pole = (None if kind == "CR" else self._pole) or Pole("XY", (0.0, 0.0))
         first, second = pole.axes[0], pole.axes[1]
         begun = {first, second} <= self._here.keys() or (kind == "LP" and {"PR", "PA"} <= words.keys())

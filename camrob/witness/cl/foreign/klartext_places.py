@@ -15,7 +15,7 @@ __all__ = ["FIRST", "LAST", "MODAL_CALL", "QUIET", "Pole", "folded_by", "formula
 FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
 LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
 # how the path is run, and which way rotary axes go round
-QUIET = frozenset("94 116 117 120 124 126 127 134 135 137 138 107 108 25 26".split())
+QUIET = frozenset("94 116 117 120 124 134 135 137 138 107 108 25 26".split())
 
 MODAL_CALL = "M89, a cycle called behind every motion"
 """Of a program that camrob refuses: nothing that is made of it can be right."""
