@@ -38,7 +38,7 @@ __all__ = [
     "terminable",
 ]
 
-COMPILING = "compiling kernels, once on this machine; `python -m camrob.warm` does it ahead of time"
+COMPILING = "compiling what was not made ahead (`python -m camrob.warm` makes the usual kernels), once on this machine"
 INTERRUPTED = 130  # as shells have it: 128 and the signal's number
 ENDED_BY_SIGNAL = 128  # and the signal's number
 ASKED_TO_END = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))

@@ -392,6 +392,6 @@ class _Planner:
             least, most = (f([e.value for e in self.asked]) for f in (min, max))
             text = (
                 f"cell {self.cell.name} does not say what speeds its spindle takes (spindle_rpm in [controller]): "
-                f"{least:g} to {most:g} rev/min are not checked"
+                f"{least:g}{f' to {most:g}' if most > least else ''} rev/min is not checked"
             )
             self.findings.append(Finding("spindle-range-unknown", text, line=self.asked[0].line))

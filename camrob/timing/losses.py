@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from camrob.redundancy.path import ToolPathInBase
 
-__all__ = ["FEED_KEPT", "FeedLoss", "feed_losses", "lost_by_axis"]
+__all__ = ["BESIDE", "FEED_KEPT", "FeedLoss", "feed_losses", "lost_by_axis"]
 
 Array = NDArray[np.float64]
 
+BESIDE = "slower feed of the motion beside it"
+"""What is said where a ramp to or from a slower motion keeps the feed from being reached."""
+_FEED = "programmed feed"
 FEED_KEPT = 0.98
 """Share of the programmed speed from which a piece, on average, counts as keeping its feed."""
 
@@ -22,7 +25,8 @@ FEED_KEPT = 0.98
 class FeedLoss:
     """A run of points where the feed is not reached: points start .. stop (exclusive) and CL lines first .. last.
 
-    `axis` is the axis that causes it ("" where none does), `cause` says it whole, e.g. "A4 acceleration". feed,
+    `axis` is the axis that causes it ("" where none does), `cause` says it whole, e.g. "A4 acceleration" (never the feed itself
+    that is not reached: a ramp to or from a slower motion is BESIDE). feed,
     reached: m/s, programmed and on average; lost: s more than at the programmed feed.
     """
 
@@ -66,7 +70,8 @@ def feed_losses(
         code, feed = int(cause[first]), float(speed[first])
         lines = int(path.line[first]), int(path.line[last])
         reached, lost = float(way[k] / taken[k]), float(taken[k] - way[k] / feed)
-        out.append(FeedLoss(first, last + 1, *lines, axes[code], causes[code], feed, reached, lost))
+        why = BESIDE if causes[code] == _FEED else causes[code]
+        out.append(FeedLoss(first, last + 1, *lines, axes[code], why, feed, reached, lost))
     return tuple(out)
 
 

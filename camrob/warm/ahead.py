@@ -102,7 +102,7 @@ def _all_done(tasks: Sequence[_Task]) -> list[Any]:
         with _reporter() as report:
             order = sorted(tasks, key=lambda task: -task.seconds)
             running = {pool.submit(task.function, *task.arguments): task for task in order}
-            report(f"compiling kernels, once on this machine: {len(tasks)} on {cores} cores", 0.0)
+            report(f"compiling kernels, once on this machine: {len(tasks)} parts on {cores} cores", 0.0)
             ended: set[int] = set()
             for number, future in enumerate(as_completed(running), 1):
                 future.result()
@@ -110,7 +110,7 @@ def _all_done(tasks: Sequence[_Task]) -> list[Any]:
                 ended.add(id(running[future]))
                 begun = sum(task.seconds for task in [t for t in order if id(t) not in ended][:cores])
                 gone = left(done + HALF * begun, whole, time.monotonic() - start)
-                report(f"kernel {number} of {len(tasks)}{gone}", done / whole)
+                report(f"part {number} of {len(tasks)}{gone}", done / whole)
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
         raise

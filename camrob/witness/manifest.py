@@ -22,6 +22,7 @@ from camrob.witness.happenings import Objection
 __all__ = ["check_manifest", "check_upload", "digests", "make_manifest"]
 
 _HINT = "post again, or leave the manifest out (--no-manifest)"
+_OTHER = f"give what the program was posted with, {_HINT}"  # for it may be another cell, file or set-up
 _PROSE = (".md", ".txt")  # of a cell's folder: words for people change no program
 _GROUPS = {"cl_file": "CL file", "setup": "set-up", "cell": "cell", "program": "program"}
 
@@ -62,20 +63,17 @@ def check_manifest(
             continue
         if (group == "cl_file" and clfile is None) or (group == "setup" and setup is None):
             continue
+        hint = _HINT if group == "program" else _OTHER
         for name in sorted({*then, *now[group]}):
             if name not in now[group]:
                 found.append(
-                    Objection("manifest-missing", f"{name} of the {title} is in the manifest and isn't there; {_HINT}")
+                    Objection("manifest-missing", f"{name} ({title}) is in the manifest, and isn't here; {hint}")
                 )
             elif name not in then:
-                found.append(
-                    Objection("manifest-further", f"{name} of the {title} is there and not in the manifest; {_HINT}")
-                )
+                found.append(Objection("manifest-further", f"{name} ({title}) is not in the manifest; {hint}"))
             elif not then[name] or then[name] != now[group][name]:
                 found.append(
-                    Objection(
-                        "manifest-differs", f"{name} of the {title} is not the file that the manifest names; {_HINT}"
-                    )
+                    Objection("manifest-differs", f"{name} ({title}) is not the file that the manifest names; {hint}")
                 )
     if manifest.get("camrob") != now["camrob"]:
         text = f"the manifest is of camrob {manifest.get('camrob')}, this is {now['camrob']}"

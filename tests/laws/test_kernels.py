@@ -219,8 +219,8 @@ def test_a_library_is_made_and_its_progress_reported(tmp_path: Path) -> None:
     )
     assert json.loads(done.stdout) == [0, True, 2]  # another processor's is left alone, another state's is not
     lines = done.stderr.splitlines()
-    assert lines[0].startswith("camrob: compiling kernels, once on this machine: 3 on ")
-    assert lines[-2].startswith("camrob: kernel 3 of 3") and lines[-1].startswith("camrob: 2 kernels are ready (")
+    assert lines[0].startswith("camrob: compiling kernels, once on this machine: 3 parts on ")
+    assert lines[-2].startswith("camrob: part 3 of 3") and lines[-1].startswith("camrob: 2 kernels are ready (")
 
 
 ALONE = """

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 from rich.console import Console
 
+from camrob.report.place.page import place_report
 from camrob.report.place.terminal_text import render_place
 from camrob.summaries.place_summary import Placement, PlaceSummary, PlaceTrial
 
@@ -49,3 +51,20 @@ def test_a_proposal_is_a_line_for_the_set_up_beside_the_place_as_it_is() -> None
 def test_a_part_that_stays_is_said_to() -> None:
     text = _said()
     assert "best where it is" in text and "proposed" not in text and "refused" not in text
+
+
+def test_the_page_says_what_room_a_better_place_costs() -> None:
+    now, near = _placement(0.0, 0.628), _placement(-30.0, 0.674)
+    closer = replace(near, trial=replace(near.trial, clearance_min_mm=3.0))
+    common = {
+        "program": "p",
+        "cell": "c",
+        "placements": 81,
+        "in_reach": 60,
+        "table": "plate",
+        "tried": 3,
+        "files": ("p.place.json",),
+    }
+    for best, said in ((closer, True), (near, False)):
+        summary = PlaceSummary(now=now, best=best, stays=False, others=(), refused={}, **common)
+        assert ("The least clearance falls from 12.5 to 3.0 mm." in place_report(summary, "<svg></svg>")) is said

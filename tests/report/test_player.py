@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -130,6 +131,22 @@ def test_a_revision_is_gone_through_with_the_tool_held_and_a_long_run_is_thinned
     monkeypatch.setattr("camrob.report.page.timeline.SAMPLES", 250)  # coarser than one would like, and said
     coarse = timeline_data(cell, path, posted.solution, {}, Run(at))
     assert coarse["count"] <= 260 and short["off"] < coarse["off"] < 1.0
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not at hand")
+def test_paper_shows_the_robot(posted, tmp_path):
+    """The picture of WebGL is empty on paper, unless the page hands the printer a copy."""
+    sheet = tmp_path / "page.pdf"
+    flags = ["--headless", "--no-sandbox", "--enable-unsafe-swiftshader", "--virtual-time-budget=15000"]
+    page = (posted.out / "engraving.html").as_uri()
+    subprocess.run([CHROMIUM, *flags, f"--print-to-pdf={sheet}", page], capture_output=True, timeout=300, check=True)
+    objects = re.findall(
+        rb"<<([^<>]*/Subtype /Image[^<>]*)>>\s*stream\r?\n(.*?)endstream", sheet.read_bytes(), re.DOTALL
+    )
+    large = [
+        data for head, data in objects if int(re.search(rb"/Width (\d+)", head)[1]) > 400 and b"/FlateDecode" in head
+    ]
+    assert large and all(len(set(zlib.decompress(data))) > 1 for data in large)
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not at hand")

@@ -100,6 +100,8 @@ def test_a_post_says_where_feed_is_lost_and_its_program_passes_verify(mode, tmp_
     feed, torques = summary["feed"], summary["torques"]
     assert feed["mode"] == mode and feed["losses_count"] >= len(feed["losses"]) > 0
     assert sum(feed["lost_by_axis_s"].values()) == pytest.approx(feed["lost_s"], rel=1e-3)
+    # from the plunge's feed to that of the cut: what isn't reached holds nothing back
+    assert "programmed feed" not in {one["cause"] for one in feed["losses"]}
     loss = feed["losses"][0]
     assert loss["cause"] and loss["reached_mm_min"] < loss["feed_mm_min"] and loss["lost_s"] > 0.0
     lines = SAMPLE.read_text(encoding="utf-8").count("\n")

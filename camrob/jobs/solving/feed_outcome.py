@@ -176,7 +176,7 @@ class FeedOutcome:
                 else AxisTorque(max_nm=_short(most), gravity_max_nm=_short(still), line=line)
             )
         masses = tuple(f"{m.name}: {m.mass:g} kg" for m in cell.masses)
-        return Torques(masses=masses, provenance="assumed masses", axes=rows)
+        return Torques(masses=masses, provenance=_standing(cell), axes=rows)
 
     def arrays(self, cell: Cell, own: NDArray[np.bool_]) -> Mapping[str, NDArray[Any]]:
         """Entries of NAME.path.npz: torques and gravity's part (T, n), Nm (N of linear axes), and the rows they belong to.
@@ -268,6 +268,12 @@ def _torques(
         part = motion_torques(mounted.cell, q[sampled[rows]], speed[rows], acceleration[rows])
         total[rows], gravity[rows] = part.total, part.gravity
     return JointTorques(total, gravity)
+
+
+def _standing(cell: Cell) -> str:
+    """The masses in words, by their provenance: those of the arm are a maker's or a guess, seldom both."""
+    kinds = {kind for key, kind in cell.provenance.items() if key.startswith("mass[")}
+    return "assumed masses" if "assumed" in kinds or not kinds else "the masses of cell.toml"
 
 
 def _short(value: float) -> float:

@@ -283,6 +283,17 @@ function camrobPlayer(scene, place, mark) {
     camera.aspect = width / height; camera.updateProjectionMatrix(); dirty = true;
   }
 
+  // paper shows no WebGL: it gets a copy of the picture
+  const paper = document.createElement("canvas");
+  addEventListener("beforeprint", () => {
+    const drawn = renderer.domElement;
+    show(); renderer.render(world, camera);
+    paper.width = drawn.width; paper.height = drawn.height;
+    paper.getContext("2d").drawImage(drawn, 0, 0);
+    drawn.replaceWith(paper);
+  });
+  addEventListener("afterprint", () => paper.replaceWith(renderer.domElement));
+
   controls.addEventListener("change", touch);
   new ResizeObserver(resize).observe(view);
   slider.addEventListener("input", () => { play(false); go(end * Number(slider.value) / 10000); });

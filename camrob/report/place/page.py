@@ -38,6 +38,9 @@ def _verdict(summary: PlaceSummary) -> str:
             f" The mean 1/k<sub>F</sub> rises from {number(before.inv_kf_mean, 3)} to {number(after.inv_kf_mean, 3)}, the lowest "
             f"from {number(before.inv_kf_min, 3)} to {number(after.inv_kf_min, 3)}."
         )
+        room, was = after.clearance_min_mm, before.clearance_min_mm
+        if room is not None and was is not None and room < was:
+            gain += f" The least clearance falls from {number(was, 1)} to {number(room, 1, 'mm')}."
     where = ", ".join(number(v, 1) for v in best.part_in_base)
     text = f"part_in_base = [{where}], mm and degrees.{gain or f' As it is: {escape(summary.now.standing)}.'}"
     return verdict_bar("info", "Move it.", text)
@@ -74,7 +77,7 @@ def _figures(placement: Placement) -> list[str]:
 def _caption(summary: PlaceSummary) -> str:
     return (
         f'<p class="caption">{summary.placements:,} placements, {summary.in_reach:,} of them in reach, {summary.tried:,} '
-        f"followed. Table: {escape(summary.table)}. Point at a square for its numbers and what stands against it.</p>"
+        f"of the best tried. Table: {escape(summary.table)}. Point at a square for its numbers and what stands against it.</p>"
     )
 
 

@@ -27,7 +27,7 @@ def render_place(summary: PlaceSummary) -> RenderableType:
     for name, placement in [*rows, *(("another", other) for other in summary.others)]:
         table.add_row(name, *_figures(placement))
     why = ", ".join(f"{text} {count}" for text, count in summary.refused.items())
-    of = f"{summary.placements:,} placements looked at, {summary.in_reach:,} in reach, {summary.tried:,} followed"
+    of = f"{summary.placements:,} placements looked at, {summary.in_reach:,} in reach, {summary.tried:,} of the best tried"
     return Group(
         head,
         table,

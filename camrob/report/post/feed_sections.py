@@ -19,9 +19,10 @@ __all__ = ["feed_section", "torque_chart", "torque_section"]
 _ROWS = 15  # as many as one reads; the JSON has all
 _CAPTION = (
     "The controller’s model knows speed and acceleration of tool and axes, approximate positioning and look-ahead, but no "
-    "jerk. Jerk is judged on the smooth curve that the rounding of corners leaves; what the corners of the model’s own ramps "
-    "add is not counted. Of the plan’s speeds the programmed feed is a limit too. Program and plan round corners a little "
-    "differently, which is worth about a hundredth of the time. Moves through air take the same time in every row."
+    "jerk. How often a limit is taken is judged on the smooth curve that the rounding of corners leaves, which may ask for more "
+    "acceleration than the model does motion by motion; what the corners of the model’s own ramps add is not counted. Of the "
+    "plan’s speeds the programmed feed is a limit too. Program and plan round corners a little differently, which is worth "
+    "about a hundredth of the time. Moves through air take the same time in every row."
 )
 _COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
 
@@ -38,7 +39,11 @@ def _compared(feed: FeedFigures) -> str:
     rows = []
     for row in feed.compared:
         override = row.override_percent_least
-        how = "as it stands" if override is None else f"each cut slowed evenly, down to {number(override, 0, '%')}"
+        how = (
+            "by the controller’s model"
+            if override is None
+            else f"each cut slowed evenly, down to {number(override, 0, '%')}"
+        )
         rows.append(
             f'<tr><td class="text">{escape(row.limits)}</td><td class="n">{duration(row.program_s)}</td>'
             f'<td>{how}</td><td class="n">{duration(row.planned_s)}</td></tr>'
@@ -61,9 +66,7 @@ def _breaks(feed: FeedFigures) -> str:
             f'<td>{escape(worst.cause)}</td><td class="n">line {escape(worst.line)}</td>'
             f'<td class="n">{"–" if planned is None else number(planned, 4)}</td></tr>'
         )
-    text = (
-        f"As it stands the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its cutting path."
-    )
+    text = f"At its own feed the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its cutting path."
     written = feed.written
     if written is not None:
         text += (
@@ -73,7 +76,7 @@ def _breaks(feed: FeedFigures) -> str:
             f"a limit on {number(written.percent_of_cutting, 2, '%')} of the cutting."
         )
     return (
-        '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program as it stands: times the limit</th>'
+        '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program at its own feed: times the limit</th>'
         '<th>worst</th><th class="n">at</th><th class="n">planned feed: times the limit</th></tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div><p>{text}</p>"
     )
@@ -132,8 +135,8 @@ def torque_section(torques: Torques | None) -> str:
     return (
         '<section><h2>Largest torques</h2><div class="scroll"><table><thead><tr><th>axis</th><th class="n">torque</th>'
         f'<th class="n">gravity alone</th><th class="n">at</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
-        f'<p class="caption">With assumed masses ({masses}): good for comparing postures, not for a drive’s rating. The '
-        "table’s own drive is left out: what it turns is not known.</p></section>"
+        f'<p class="caption">With {escape(torques.provenance)} ({masses}): good for comparing postures, not for a drive’s '
+        "rating. A table’s own drive is left out: what it turns is not known.</p></section>"
     )
 
 

@@ -30,9 +30,9 @@ def _time(feed: FeedFigures) -> Iterator[tuple[str, str]]:
         override = row.override_percent_least
         text = shown_duration(row.program_s)
         if override is not None and override < 100.0:
-            text += f" as it stands, each cut slowed evenly (to {shown_number(override, 0)} % at least)"
+            text += f", each cut slowed evenly (to {shown_number(override, 0)} % at least)"
         else:
-            text += " as it stands"
+            text += " by the controller's model"
         if row.planned_s is not None:
             text += f"; {shown_duration(row.planned_s)} planned"
         yield "", f"within {row.limits}: {text}"
@@ -42,7 +42,7 @@ def _time(feed: FeedFigures) -> Iterator[tuple[str, str]]:
         worst = max(over, key=lambda w: w.times_the_limit)
         yield (
             "",
-            f"as it stands it takes {shown_number(worst.times_the_limit)} times the limit of {worst.cause} at line "
+            f"at its own feed it takes {shown_number(worst.times_the_limit)} times the limit of {worst.cause} at line "
             f"{worst.line}, and passes a limit on {shown_number(breaks.percent_of_cutting)} % of its cutting",
         )
 
@@ -91,4 +91,4 @@ def _torques(torques: Torques) -> str:
     shown = [
         f"{axis} {shown_number(most, 0)} Nm (gravity {shown_number(still, 0)})" for most, still, axis in turning[:_AXES]
     ]
-    return f"{', '.join(shown)}, with assumed masses"
+    return f"{', '.join(shown)}, with {torques.provenance}"

@@ -231,7 +231,7 @@ def _motion_charts(
         ),
         (
             "torques",
-            "Torques of the arm, with assumed masses",
+            "Torques of the arm",
             None if torques is None else torque_chart(cell, along, *torques),
             f"Solid: with the motion while cutting; dotted: gravity alone, as in air. {bands}",
         ),

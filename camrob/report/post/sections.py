@@ -164,7 +164,7 @@ def cards(summary: PostSummary, cell: Cell, path: ToolPathInBase, *, threshold: 
         _card(
             "Worst deviation",
             number(summary.verified.position_error_mm_max, 5, "mm"),
-            "of the program read back from the CL data",
+            "between the CL data and the program, read back",
         ),
     ]
     return f'<div class="cards">{"".join(items)}</div>'

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from rich.console import Group, RenderableType
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -28,7 +29,7 @@ def render_verify(summary: VerifySummary) -> RenderableType:
     open_ends = summary.not_judged
     if open_ends:
         parts += [Text(""), Text("Not judged", style="bold yellow")]
-        parts += [shown_text(f"  {text}") for text in open_ends[:_MOST]]
+        parts += [Padding(shown_text(text), (0, 0, 0, 2)) for text in open_ends[:_MOST]]
         if len(open_ends) > _MOST:
             parts.append(Text(f"  ... and {len(open_ends) - _MOST} more (--json shows all)"))
     return Group(*parts, Text(""), _figures(summary))

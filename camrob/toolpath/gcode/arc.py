@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
+from camrob.units import m_to_mm
 
 __all__ = ["circle"]
 
@@ -55,7 +56,7 @@ def circle(
     radii = [math.hypot(p[first] - center[first], p[second] - center[second]) for p in (start, end)]
     if min(radii) < 1e-9 or abs(radii[0] - radii[1]) > _ROUNDING + min(_SLACK * max(radii), _MOST_SLACK):
         raise ToolpathError(
-            f"an arc's start and end lie {abs(radii[0] - radii[1]):.6f} m apart in radius about its centre",
+            f"an arc's start and end lie {m_to_mm(abs(radii[0] - radii[1])):.4f} mm apart in radius about its centre",
             hint="check whether I, J, K are incremental (G91.1) or absolute (G90.1), and the arc's plane",
         )
     return center, -normal if clockwise else normal, _turns(words)
