@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from camrob.gap.effects.common import moved
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.effects.friction_course import CHOICES, Course, friction_course, settled
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.signals import play
+from camrob.gap.observation.signals import delayed, play
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
@@ -19,6 +19,7 @@ __all__ = ["EFFECT"]
 Array = NDArray[np.float64]
 
 _PEAK = 0.15  # s for which the drive's integral part needs to overcome a reversal
+_TINY = 1e-30
 _REST = 0.02  # share of an axis's ordinary speed below which it counts as turning round
 _SLOW = tuple(deg_to_rad(v) for v in (0.1, 0.2, 0.35, 0.6, 1.0, 1.8, 3.0))  # speeds of which the same is said
 # of the ordinary size: how far above 0 each part may be, and what is already a lot; and how far below (a controller that feeds
@@ -76,12 +77,36 @@ def _of_sign(scene: Scene, unit: Unit, sign: Array) -> tuple[Column, ...]:
     return tuple(Column(servo={unit.axis: -part[:, 0]}) for part in (sign, peak))
 
 
+def _dead_zone(scene: Scene, state: State, values: Mapping[str, float], scale: float) -> Mapping[str, Array]:
+    """How the drives would stand, did they rest until their set-points have crossed a zone as wide as what friction keeps them
+    back to both sides: so does dry friction in a loop without an integral part, which its error alone has to overcome.
+    """
+    found = {}
+    for axis in scene.axes:
+        half = sum(v for n, v in values.items() if n.startswith((f"{axis}_constant", f"{axis}_held")))
+        if half > 0.0:
+            side = play(_trailed(scene, axis), scene.t, scene.pieces, 2.0 * scale * half)
+            found[axis] = -scale * half * side
+    return found
+
+
+def _trailed(scene: Scene, axis: str) -> Array:
+    """(N,) an axis's set-points, as late as its drive follows them by its speed."""
+    command = scene.command[:, [scene.index(axis)]]
+    v, gap = scene.velocity(command)[:, 0], scene.servo_gap
+    late = 0.0 if gap is None else -float(v @ gap[:, scene.index(axis)]) / max(float(v @ v), _TINY)
+    return np.asarray(delayed(command, scene.t, scene.pieces, late)[:, 0])
+
+
 EFFECT = Effect(
     name="friction",
     physics="Dry friction keeps a drive behind its set-point on the side it comes from, and peaks where it turns round.",
     stages=("setpoint_to_encoder",),
     regimes=("direction", "speed"),
-    experiment="run small circles at two speeds: peaks stay at the quadrants, lag grows with speed",
+    experiment=(
+        "run small circles at two speeds: peaks stay at the quadrants, lag grows with speed; while the axis hangs the motor's "
+        "current climbs under friction, and not in a dead zone"
+    ),
     remedy=(
         "have brake, grease and bearings of these axes looked at, then the drive's integral gain; keep axes from "
         "turning round or creeping where it matters"
@@ -91,4 +116,6 @@ EFFECT = Effect(
     trials=(*({"rest": v, "held": 0.0} for v in (0.0, *_SLOW)), {"held": 1.0}),
     accuracy=0.1,
     at_reversals=True,
+    stand_in=_dead_zone,
+    stands_in="dead_zone",
 )

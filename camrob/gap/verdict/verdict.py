@@ -95,9 +95,12 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *worse], drives))
     against = any_course(model, drives.intersection(n for n, p in probability.items() if p >= 0.5))
     probability |= {n: min(probability[n], BELIEF.unclear) for n in against}
-    if (left_over := claims(model, probability)) != members:
-        members, together = left_over, shrinkage(model, trial, model.best.members, left_over)
     named = [n for n, p in probability.items() if p >= 0.5]
+    if claims(model, probability) != members:
+        # what was believed and is no more may have cancelled a part of what is
+        model = without_company(model, blocks, frozenset(named))
+        members = claims(model, probability)
+        together = shrinkage(model, trial, model.best.members, members)
     alike = shown_by_simpler(model, library, named)
     instead = not_told_apart(model, library, named)
     for effect in library:

@@ -15,13 +15,26 @@ LEFT, RIGHT = (
 )  # the instrument's frame: a shift, mm, and a turn; a reflector
 
 
-def cell_text(rows=ROWS, convention="modified"):
-    """A cell.toml of an arm that is only measured."""
+_RAIL = """
+[kinematics]
+base_to_first = [0, 0, 0, -90, 0, -90]
+standing = "measured"
+
+[[joint]]
+name = "E1"
+role = "carriage"
+type = "prismatic"
+dh = { alpha_deg = 90, a_mm = 0, theta_deg = 0, d_mm = 0 }
+standing = "measured"
+"""
+
+
+def cell_text(rows=ROWS, convention="modified", rail=False):
+    """A cell.toml of an arm that is only measured; rail: it rides along x."""
     listed = "".join(f"  {[float(v) for v in row]},\n" for row in rows)
     arm = f'[arm]\nconvention = "{convention}"\ndh = [\n{listed}]\nstanding = "datasheet"\n'
-    return (
-        f'schema = 1\nname = "kr210"\n\n{arm}\n[tool]\nflange_to_tool = [50, 0, 250, 0, 30, 0]\nstanding = "measured"\n'
-    )
+    tool = '[tool]\nflange_to_tool = [50, 0, 250, 0, 30, 0]\nstanding = "measured"\n'
+    return f'schema = 1\nname = "kr210"\n{_RAIL if rail else ""}\n{arm}\n{tool}'
 
 
 def _turn(angle, axis):
@@ -46,6 +59,20 @@ def tips(q):
     return T @ _shift(50, 0, 250) @ _turn(np.radians(30), "y")
 
 
+def on_rail(q, ways, course):
+    """(N, 4, 4) of the tool of an arm that rides to `ways` (N,), mm, off its rail by course(ways) (N, 3), mm."""
+    carried = np.tile(np.eye(4), (len(q), 1, 1))
+    carried[:, :3, 3] = course(ways) + np.outer(ways, [1, 0, 0])
+    return carried @ _turn(np.radians(-90), "z") @ tips(q)
+
+
+def read(T, *, open_frames=False, slipped=(0, 0, 0), seed=0, sigma=0.02):
+    """(N, 3) mm that an instrument reads of tools (N, 4, 4), at a reflector that slipped by mm."""
+    if open_frames:
+        T = _shift(*LEFT[:3]) @ _turn(np.radians(LEFT[3]), "z") @ T @ _shift(*np.add(RIGHT, slipped))
+    return T[:, :3, 3] + np.random.default_rng(seed).normal(0.0, sigma, (len(T), 3))
+
+
 def poses(count, seed):
     """(N, 6) rad, postures all over."""
     return _MIDDLE + _SPAN * np.random.default_rng(seed).uniform(-1, 1, (count, 6))
@@ -64,15 +91,13 @@ def run(seconds, step, seed):
 def seen(q, *, wrong_deg=(0, 0, 0, 0, 0, 0), open_frames=False, slipped=(0, 0, 0), seed=0, sigma=0.02):
     """(N, 3) mm that an instrument reads of an arm whose axes are off by wrong_deg and whose reflector slipped by mm."""
     T = tips(q + np.radians(wrong_deg))
-    if open_frames:
-        T = _shift(*LEFT[:3]) @ _turn(np.radians(LEFT[3]), "z") @ T @ _shift(*np.add(RIGHT, slipped))
-    return T[:, :3, 3] + np.random.default_rng(seed).normal(0.0, sigma, (len(q), 3))
+    return read(T, open_frames=open_frames, slipped=slipped, seed=seed, sigma=sigma)
 
 
-def write(folder: Path, columns, facts, rows=ROWS, convention="modified"):
+def write(folder: Path, columns, facts, rows=ROWS, convention="modified", rail=False):
     """A cell and a log of it in a folder; facts: lines of LOG.toml."""
     (folder / "cell").mkdir(exist_ok=True)
-    (folder / "cell" / "cell.toml").write_text(cell_text(rows, convention))
+    (folder / "cell" / "cell.toml").write_text(cell_text(rows, convention, rail))
     names, table = list(columns), np.stack(list(columns.values()), axis=1)
     lines = [",".join(names), *(",".join(f"{v:.6f}" for v in row) for row in table)]
     (folder / "log.csv").write_text("\n".join(lines) + "\n")

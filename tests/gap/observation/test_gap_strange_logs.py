@@ -124,3 +124,29 @@ def test_an_arm_whose_drives_may_be_in_radians_is_told_what_that_would_change(tm
     columns = {n: np.radians(v) for n, v in columns_of(late, np.zeros((len(t), 3)), None, q).items() if n not in "xyz"}
     write(tmp_path, {"t": t} | columns, ())
     assert any("were these radians" in m for m in said_of(tmp_path)["where"]["missing"])
+
+
+def rested(course: np.ndarray, wide: float) -> np.ndarray:
+    """A course behind a dead zone."""
+    out, stands = np.empty_like(course), float(course[0])
+    for k, value in enumerate(course):
+        stands = min(max(stands, value - wide / 2.0), value + wide / 2.0)
+        out[k] = stands
+    return out
+
+
+@pytest.mark.parametrize("zone", [True, False], ids=["a dead zone", "dry friction"])
+def test_friction_is_not_sure_where_a_dead_zone_shows_the_same(tmp_path: Path, zone: bool) -> None:
+    t, q = run(40.0, 0.02, 8)
+    late = np.stack([np.interp(t - 0.02, t, c) for c in q.T], axis=1)
+    for k, wide in ((1, 0.03), (3, 0.02)):
+        wide = np.radians(wide)
+        speed = np.gradient(late[:, k], 0.02)
+        late[:, k] = rested(late[:, k], wide) if zone else late[:, k] - wide / 2.0 * np.tanh(speed / 0.01)
+    late += np.random.default_rng(8).normal(0.0, 2e-6, late.shape)
+    columns = {n: v for n, v in columns_of(late, np.zeros((len(t), 3)), t, q).items() if n not in "xyz"}
+    write(tmp_path, columns, ())
+    friction = claims(said_of(tmp_path))["friction"]
+    assert set(friction["axes"]) == {"A2", "A4"}
+    assert ("dead_zone" in friction["indistinguishable_from"]) == zone
+    assert (friction["probability"] > 0.9) != zone
