@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.files.kept_apart import kept_apart
 from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
 from camrob.jobs.solving.elsewhere import with_a_place
@@ -105,6 +106,24 @@ def resolve_job(
 
 
 def _solved(
+    inputs: JobInputs,
+    resolve: Callable[..., Solution],
+    progress: Share,
+    device: str,
+    sought: Sought | None,
+    seconds: float | None,
+    further: Mapping[str, float] | None,
+) -> Solution:
+    """The solution of one stretch, its external axes kept to where they bring no bodies together."""
+    kept = kept_apart(inputs)
+    try:
+        found = _solved_within(replace(inputs, cell=kept.cell), resolve, progress, device, sought, seconds, further)
+    except JobError as error:
+        raise error.but(f"{error.what}; {kept.text}") if kept.text else error from None
+    return replace(found, cell_digest=inputs.cell.digest, findings=(*found.findings, *kept.findings))
+
+
+def _solved_within(
     inputs: JobInputs,
     resolve: Callable[..., Solution],
     progress: Share,
