@@ -254,10 +254,15 @@ def _entry_name(title: str, number: int, language: Language) -> str:
 
 def _check_choices(method: str, feed: str, device: str, seconds: float | None, prove: float | None) -> None:
     check_method(method)
-    if seconds is not None and not (method == "planned" and 0.0 <= seconds < np.inf):
-        raise InputError(f"--seconds {seconds:g} is of no use here", hint="0 or more, with --method planned")
-    if prove is not None and not (method == "planned" and 0.0 < prove < np.inf):
-        raise InputError(f"--prove {prove:g} is of no use here", hint="seconds, with --method planned")
+    for option, given in (("--seconds", seconds), ("--prove", prove)):
+        if given is not None and method != "planned":
+            raise InputError(
+                f"{option} {given:g} is for planned postures", hint="add --method planned, or leave it out"
+            )
+    if seconds is not None and not 0.0 <= seconds < np.inf:
+        raise InputError(f"--seconds {seconds:g} is no time to plan in", hint="give seconds, 0 or more")
+    if prove is not None and not 0.0 < prove < np.inf:
+        raise InputError(f"--prove {prove:g} is no time to prove in", hint="give seconds, above 0")
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
     check_device(device)

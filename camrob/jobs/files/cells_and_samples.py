@@ -27,6 +27,7 @@ from camrob.units import m_to_mm
 __all__ = ["CellListResult", "NewCellResult", "SamplesResult", "cell_from_urdf", "list_cells", "new_cell", "samples"]
 
 _NAMED = re.compile(r'^name\s*=\s*("[^"\n]*"|\'[^\'\n]*\')', re.MULTILINE)  # the first is the cell's own
+_TITLED = re.compile(r"^title\s*=.*$", re.MULTILINE)
 _TELLING = 1e-6  # m between a URDF's plate and that of its rows, from which on it is said
 _KEPT = (
     ".cls",
@@ -89,13 +90,16 @@ def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
                 shutil.copyfile(file, staging / file.name)
         settings = staging / "cell.toml"
         text = settings.read_text(encoding="utf-8-sig")
-        settings.write_text(_NAMED.sub(lambda _: f"name = {json.dumps(name)}", text, count=1), encoding="utf-8")
+        text = _NAMED.sub(lambda _: f"name = {json.dumps(name)}", text, count=1)
+        text = _TITLED.sub(lambda _: f"title = {json.dumps(f'{name}, made from {source.name}')}", text, count=1)
+        settings.write_text(text, encoding="utf-8")
         read_cell(staging)
     return _made(
         folder,
         (
             "write the machine's own numbers into cell.toml, each with its provenance; README.md says key by key what they mean",
             "replace the rows of poses.csv when the chain changes: every command holds the cell against them",
+            "take characteristic_length_mm from camrob cell condition then: 1/k_F is measured by it",
         ),
     )
 

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _STRETCHES = 150  # as many as a chart has room for
 _FASTEST = 1e3  # rad/s: what stands still admits any rate
 _FLOOR_MM, _FLOOR_DEG = 1e-6, 1e-7  # below, a logarithmic picture says nothing any more
+_SEEN = 1e-6  # degrees or mm of a correction: below, it is what the iteration leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +224,7 @@ def _axes(summary: CompensateSummary) -> str:
         unit, mean, most = (
             ("°", entry.mean_deg, entry.max_deg) if entry.max_mm is None else ("mm", entry.mean_mm, entry.max_mm)
         )
-        planned = (most or 0.0) < 1e-12
+        planned = (most or 0.0) < _SEEN
         rows.append(
             [
                 escape(name),
