@@ -17,6 +17,7 @@ from camrob.toolpath.gcode.cornering import Open, closes, no_second_cut
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.cycles import CYCLES
 from camrob.toolpath.gcode.drill import Drill
+from camrob.toolpath.gcode.lengths import take_length
 from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.toolpath.gcode.modes import aim, apply_setup, compensate
 from camrob.toolpath.gcode.moves import Motions
@@ -225,6 +226,7 @@ class Interpreter:
             modal.feed = words["F"]
             modal.feed_scale = modal.scale
         compensate(block, modal, self.path)
+        take_length(block, modal)
         if "T" in words:
             self.process.tool_word(words["T"], block.line)
         for letter in ("U", "V", "W"):

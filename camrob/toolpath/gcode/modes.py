@@ -255,7 +255,8 @@ def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathG
     modal.suspended = False
     further = code == 540 and "P" in block.words and 40 not in block.g and not block.m  # Fanuc's G54 P2 is G54.1 P2
     key = (541, block.words["P"]) if further else (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
-    if modal.offset not in (None, key) and modal.moved:
+    usual = modal.offset or (540, 0.0)  # where none is named, controls begin with G54
+    if usual != key and modal.moved:
         raise ToolpathError(
             "several work offsets (G54 ... G59): how they lie to each other only the machine knows",
             hint="give what belongs to each offset a program of its own",

@@ -9,6 +9,7 @@ from camrob.findings import Severity
 from camrob.toolpath.defaults import Defaults, check_feed
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
+from camrob.toolpath.gcode.lengths import refuse_other_length
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import Modal
 from camrob.toolpath.gcode.tools import Process
@@ -71,6 +72,7 @@ class Motions:
                 "a cut without the tool's length (G49) behind G43: Z is the spindle's there, and the length the machine's",
                 hint="name G43 H before it, or take G49 out",
             )
+        refuse_other_length(self.modal, self.path.tool)
         if not frame.placeable:
             if frame.plane is not None:
                 raise ToolpathError(

@@ -107,6 +107,7 @@ def read_gcode(
         zero_edge=control.zero_edge,
         keeps_motion=control.keeps_motion,
         rereads=control.rereads or path.suffix.lower() == ".ngc",
+        edges=control.edges,
         rolls=control.rolls and machine.endswith("-iso"),
         clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
@@ -152,6 +153,16 @@ def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tup
     return regions, findings
 
 
+def _refuse_rest(lines: list[str], line: int) -> None:
+    """Raises ToolpathError where a program goes on behind a % that no M2 or M30 stands before: the control would not run that."""
+    if any(_GCODE_LINE.match(text.encode()) for text in lines[line:]):
+        raise ToolpathError(
+            "the program ends at this %, without M2 or M30, and more blocks follow",
+            hint="take the % out, or what is behind it",
+            line=line,
+        )
+
+
 def _run(control: Control, lines: list[str], path: Path, grower: PathGrower, interpreter: Interpreter) -> None:
     """Carry the blocks out up to the program's end; refuse a file that is cut off."""
     opened = closed = False
@@ -173,6 +184,7 @@ def _run(control: Control, lines: list[str], path: Path, grower: PathGrower, int
     if not blocks:
         raise ToolpathError("no G-code in the file", hint="export it again", path=path)
     if closed:
+        _refuse_rest(lines, block.line)
         return
     if opened or lines[-1].strip():
         raise ToolpathError(

@@ -46,6 +46,9 @@ class Modal:
     vectors: bool = False  # G43.5: I, J, K of a straight move are the tool's axis
     measured: bool = False  # G43 has named a tool's length
     unmeasured: bool = False  # and G49 has put it out of force
+    edges: bool = False  # D names an edge of the tool, with its length and radius (Siemens)
+    length: float | None = None  # the number of the tool's length in force: H, or the edge
+    lengths: dict[int, float] = field(default_factory=dict)  # by tool, with which it has cut
     offset: tuple[int, float] | None = None  # the work offset: code and P
     suspended: bool = False  # G500 has put the work offset out of force
     moved: bool = False

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
 from camrob.witness.cl.customs import COMPUTED, SKIPPED, astray, corner_of, plain_words
 from camrob.witness.cl.drilling import CYCLES, Cycle, Out, drill
-from camrob.witness.cl.offsets import Offsets
+from camrob.witness.cl.offsets import TCP, Offsets
 from camrob.witness.cl.own_frames import OwnFrames, Polar
 from camrob.witness.cl.running.program_run import run_of
 from camrob.witness.cl.running.unread import UnreadError
@@ -36,8 +36,7 @@ _HIDING = {
     "68": "69", "68.2": "69", "51": "50", "51.1": "50.1", "16": "15", "7": "8", "52": "", "92": "92.1",
 }  # fmt: skip  # until
 _CYCLES, _PLANES, _LINES = (*CYCLES, "76", "87", "88"), ("17", "18", "19"), frozenset("0123")
-_TCP = ("43.4", "43.5", "234")  # each with the tool's length
-_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43 44 49 8".split()).union(_TCP)
+_MODES = frozenset("17 18 19 20 21 90 91 90.1 91.1 93 94 95 98 99 43 44 49 8".split()).union(TCP)
 _ALIGNING = frozenset({"53.1", "53.3", "53.6"})
 _KNOWN = frozenset().union(_MODES, SKIPPED, _FRAMES, _HIDING, _ALIGNING, _CYCLES, "0 1 2 3 4 10 28 30 53".split())
 _LAST_ENDS, _LAST_FEED = range(5001, 5004), 4109  # system variables of Fanuc's
@@ -57,7 +56,6 @@ class GcodeReader(Switching):
         self._absolute, self._centre_absolute, self._to_initial = True, False, True
         self._frame, self._beside = "54", ""  # _beside: of G0 to G3, the last one
         self._vectors = False  # I, J, K name the tool's axis (G43.5)
-        self._length = ""  # of the tool: on, off (G49), or never named
         self._last_feed: float | None = None
         self._own, self._polar, self._begins = OwnFrames(self._stand), Polar(), Beginning(tell, self._stand)
         self._heights: dict[str, float] = {}  # of the cycle in force: R, Z, initial (m), P (s)
@@ -132,6 +130,9 @@ class GcodeReader(Switching):
             self._bent = None
         self._process_after(m, line, moves)
 
+    def _cuts(self, words: Words) -> bool:
+        return bool({*"XYZABCIJKR"} & set(words)) and self._motion in (*_CYCLES, "1", "2", "3")
+
     def _unrolled(self, g: list[str], words: Words, line: int) -> Words:
         """X and Y for the radius and angle of a block under G16."""
         x, y, _ = self._stand.named(self._stand.at) / self._scale
@@ -154,11 +155,9 @@ class GcodeReader(Switching):
                 self._tell.set_feed(0.0, "min")
             elif code in ("98", "99"):
                 self._to_initial = code == "98"
-            elif code in (*_TCP, "49"):
+            elif code in (*TCP, "49"):
                 self._stand.switch("G", code != "49")
                 self._vectors = code == "43.5"
-            if code in ("43", "44", "49", *_TCP):
-                self._length = ("off" if code == "49" else "on") if self._length or code in ("43", "44") else ""
         for code in g:
             self._frames(code, words, line)
         if "F" in words and "4" not in g:
@@ -250,8 +249,8 @@ class GcodeReader(Switching):
                 self._tell.lose()
         elif self._vectors and {*"IJKQ"} & set(words):
             self._aimed(axes, words, line)
-        elif self._length == "off" and {*"XYZABCIJKR"} & set(words) and self._motion in (*_CYCLES, "1", "2", "3"):
-            self._gap(line, "a cut without the tool's length (G49), behind others with it")
+        elif self._cuts(words) and (why := self._offsets.cut()):
+            self._gap(line, why)
         elif self._motion in _CYCLES:
             self._cycle(axes, words, line)
         elif axes or (self._motion in ("2", "3") and {"I", "J", "K", "R"} & set(words)):

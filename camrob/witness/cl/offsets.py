@@ -1,4 +1,4 @@
-"""Cutter radius compensation: which of its words ask for a path that only a control can make."""
+"""Offsets of a control's own: which words of cutter radius and tool length ask for a path that only it can make."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from camrob.witness.cl.source import Statement
 from camrob.witness.cl.teller import Teller
+from camrob.witness.happenings import Kind
 
-__all__ = ["OFFSET", "Offsets"]
+__all__ = ["OFFSET", "TCP", "Offsets"]
+
+TCP = ("43.4", "43.5", "234")
+"""Tool centre point, each with the tool's length."""
 
 OFFSET = "the path has to be offset by the tool's radius"
 
@@ -19,9 +23,14 @@ class Offsets:
         self._tell, self._wear = tell, wear
         self._radius = ""  # the D word in force, "" for one that isn't said
         self._on, self._contour = False, False
+        self.edges = False  # D names the tool's length, too (Siemens)
+        self._measured = ""  # whether G43 or G49 is in force, "" as long as no length has been named
+        self._number = ""  # of the length in force: H, or Siemens' D
+        self._cut_with: dict[float, float] = {}  # by tool
 
     def block(self, g: Sequence[str], m: Sequence[str], words: Mapping[str, str], line: int) -> None:
         """G40, G41, G42 and D: no radius behind D0, and one of the control's own behind any other and behind a change of tool."""
+        self._lengths(g, m, words)
         radius = words.get("D", "" if "T" in words or "6" in m else self._radius)
         began = bool({"41", "42"} & set(g))
         changed, self._radius = radius != self._radius, radius
@@ -32,6 +41,26 @@ class Offsets:
             self._tell.note("G41, G42: the radius offset is not applied, the path is as it is printed")
         else:
             self._tell.gap(line, f"G41 or G42 of D{radius or ' without a number'}: {OFFSET}", lost=False)
+
+    def _lengths(self, g: Sequence[str], m: Sequence[str], words: Mapping[str, str]) -> None:
+        for code in g:
+            if code in ("43", "44", "49", *TCP):
+                on = "off" if code == "49" else "on"
+                self._measured = on if self._measured or code in ("43", "44") else ""
+        if self.edges and ("T" in words or "6" in m):
+            self._number = "1"
+        if not {"10", "15", "16"} & set(g):
+            self._number = words.get("D" if self.edges else "H", self._number)
+
+    def cut(self) -> str:
+        """Before a cut: why it isn't known how long the tool is, as compared with its cuts before; "" where it is."""
+        if self._measured == "off":
+            return "a cut without the tool's length (G49), behind others with it"
+        if not self._number:
+            return ""
+        mounted = next((event.value for event in reversed(self._tell.events) if event.kind is Kind.TOOL), 0.0)
+        same = self._cut_with.setdefault(mounted, float(self._number)) == float(self._number)
+        return "" if same else "a cut with another of the tool's lengths than before"
 
     def comment(self, s: Statement) -> None:
         """Creo says in a comment whether it writes the part's profile."""

@@ -103,6 +103,11 @@ REFUSED = {
     "L10 P3": "no use for it",  # Siemens' subprogram, in a file that shows nothing of Siemens'
     "P5000": "no use for it",
     "G1 X15. L3": "no use for it",
+    "G43 H2": "how its lengths lie",
+    "H2": "how its lengths lie",
+    "G43 H0": "how its lengths lie",
+    "G55": "several work offsets",
+    "%": "ends at this %",
     "G22 X0. Y0. Z-9. I50. J50. K9.": "fence the working area",
     "G22 X15. Y5.": "fence the working area",  # was read as a cut
     "G25 X5. Y5.": "fence the working area",
@@ -114,7 +119,27 @@ def test_what_was_passed_over_or_cut_is_refused(tmp_path: Path, block: str) -> N
     (tmp_path / "a.nc").write_text(ISO + block + "\nX20.\nG0 Z20.\nM30\n", encoding="utf-8")
     with pytest.raises(ToolpathError, match=REFUSED[block]):
         read_toolpath(tmp_path / "a.nc")
-    assert read_story(tmp_path / "a.nc").gaps
+    assert block == "%" or read_story(tmp_path / "a.nc").gaps  # it reads up to the %
+
+
+@pytest.mark.parametrize(
+    ("word", "fine"), [("D1", True), ("D0", False), ("D2", False), ("SUPA G0 Z0 D0\nG0 X0 Y0 D1\nG0 Z-1\nG1", True)]
+)
+def test_an_edge_of_the_tool_has_its_own_length(tmp_path: Path, word: str, fine: bool) -> None:
+    """Siemens: D0 puts the length out of force, D2 is another edge's; both were passed over."""
+    text = SIEMENS.format("G71", 20, f"G1 Z-1 F100\nX10\n{word}\nX20")
+    if fine:
+        assert cuts(tmp_path, "a.mpf", text)[-1, :3] == pytest.approx([20, 0, -1])
+        return
+    (tmp_path / "a.mpf").write_text(text, encoding="utf-8")
+    with pytest.raises(ToolpathError, match="how its lengths lie"):
+        read_toolpath(tmp_path / "a.mpf")
+    assert any("lengths" in gap.text for gap in read_story(tmp_path / "a.mpf").gaps)
+
+
+def test_each_tool_has_its_own_length(tmp_path: Path) -> None:
+    change = "G0 Z20.\nT2 M6\nG43 H2 Z20.\nG1 Z-2.\nX0.\nG0 Z20.\nT1 M6\nG43 H1 Z20.\nG1 Z-3.\n"
+    assert cuts(tmp_path, "a.nc", ISO + change + "G0 Z20.\nM30\n")[-1, :3] == pytest.approx([0, 0, -3])
 
 
 def test_half_a_turn_in_a_cut_may_go_either_way(tmp_path: Path) -> None:

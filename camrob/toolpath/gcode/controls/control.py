@@ -33,5 +33,6 @@ class Control(NamedTuple):
     keeps_motion: bool = False  # G80 leaves the motion that stood beside a cycle in force
     rereads: bool = False  # a drilling cycle's R and Z are counted anew where G90 and G91 change
     suffixes: frozenset[str] = frozenset()  # of files that are its programs, where the text leaves it open
+    edges: bool = False  # D names an edge of the tool, with its length
     rolls: bool = False  # whether rotary axes roll over at 360 degrees is a parameter of the machine's
     clamps: bool = False  # M13 and M14 clamp rotary axes where the file has M10 to M12, and M3 or M4 for the spindle

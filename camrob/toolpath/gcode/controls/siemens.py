@@ -368,5 +368,6 @@ SIEMENS = Control(
     _recognise,
     lambda lines, path, state: _Program(lines, path, state).run(),
     "gcode-siemens",
+    edges=True,
     suffixes=frozenset({".mpf", ".spf"}),
 )

@@ -57,6 +57,7 @@ class SinumerikReader(ForeignReader):
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
         names = {name.upper() for name in re.findall(r"\bT\s*=\s*\"([^\"]*)\"", re.sub(r";.*", "", text), re.I)}
+        self._offsets.edges = True
         self._whose_change(re.sub(r";.*", "", text).upper())
         self._lone = len(names) == 1 and not any(
             name.isdigit() or name.strip().casefold() in self.numbers for name in names
