@@ -87,6 +87,7 @@ def test_frames_are_chained(tmp_path: Path) -> None:
     ("body", "named"),
     [
         ("n=-2.5\np.X=n\nLIN p\n", "no number"),  # which way half of one goes below zero isn't said
+        ("$IPO_MODE=#TCP\n" + GO.format(1), "stands by itself"),
         (GO.format(1) + "EXIT\n", "EXIT outside of a loop"),
         ("LOOP\n" + GO.format(1) + "ENDLOOP\n", "never ends"),
         ("n=0\nWHILE n<3\nn=n+1\nn=$ANIN[n]\n" + GO.format(1) + "ENDWHILE\n", "not known any more"),

@@ -254,6 +254,11 @@ def test_an_arc_of_no_known_system_turns_as_its_form_says_and_that_is_said() -> 
     assert [f.code for f in t.findings].count("arc-sense") == 1
 
 
+def test_small_letters_are_known_as_capitals_are() -> None:
+    text = HEAD + "GOTO/10,0,0\nGOTO/0,10,0\n"
+    assert mm(read(text.lower())).tolist() == mm(read(text)).tolist()
+
+
 @pytest.mark.parametrize(("sense", "goes"), [(1, True), (-1, False)])
 def test_an_arc_of_no_known_system_that_would_turn_straight_back_is_refused(sense: int, goes: bool) -> None:
     """Behind a cut along X the arc about (10, 5) goes on smoothly right-handedly about +Z alone."""

@@ -129,6 +129,8 @@ class KrlMachine:
         value = expression.value()
         if expression.next.kind != "end":
             raise KrlError(f"{expression.rest()!r} behind an assignment", hint="correct the statement")
+        if path == "$IPO_MODE" and value == Enumerated("#TCP"):
+            raise KrlError("$IPO_MODE=#TCP: a tool that stands by itself is not read", hint="post with #BASE")
         self.variables.assign(path, value)
         if path in ("$TOOL", "$BASE") or path.startswith(("$TOOL.", "$BASE.")):
             text = " ".join(t.text for t in expression.tokens[start:-1])

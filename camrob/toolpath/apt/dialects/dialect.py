@@ -38,8 +38,8 @@ class Dialect:
 
 
 def score(head: str, weights: Mapping[str, int]) -> int:
-    """Sum of the weights of the patterns (regular expressions, line by line) that occur in `head`."""
-    return sum(weight for pattern, weight in weights.items() if re.search(pattern, head, re.M))
+    """Sum of the weights of the patterns (regular expressions, line by line, capitals or not) that occur in `head`."""
+    return sum(weight for pattern, weight in weights.items() if re.search(pattern, head, re.M | re.I))
 
 
 def message(text: str) -> tuple[str, str] | None:
