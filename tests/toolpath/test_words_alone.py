@@ -86,7 +86,6 @@ NOTHING = {  # taken as nothing by both, rightly
         "G61",
         "G40 I1. J1.",
         "G91.1",
-        "H2",
         "T2",
         "G17 G21 G90",
         "N5",

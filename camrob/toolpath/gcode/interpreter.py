@@ -17,14 +17,13 @@ from camrob.toolpath.gcode.cornering import Open, closes, no_second_cut
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.cycles import CYCLES
 from camrob.toolpath.gcode.drill import Drill
-from camrob.toolpath.gcode.lengths import take_length
 from camrob.toolpath.gcode.lexer import Block, Plane
 from camrob.toolpath.gcode.modes import aim, apply_setup, compensate
 from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.strays import refuse_strays
-from camrob.toolpath.gcode.tools import Process
+from camrob.toolpath.gcode.tools import Process, take_length
 from camrob.toolpath.gcode.transforms import cartesian
 from camrob.toolpath.sampling import arc_angle, arc_radius
 from camrob.units import deg_to_rad, m_to_mm, mm_min_to_m_s

@@ -9,10 +9,9 @@ from camrob.findings import Severity
 from camrob.toolpath.defaults import Defaults, check_feed
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
-from camrob.toolpath.gcode.lengths import refuse_other_length
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import Modal
-from camrob.toolpath.gcode.tools import Process
+from camrob.toolpath.gcode.tools import Process, refuse_other_length
 from camrob.units import m_to_mm, mm_min_to_m_s
 
 __all__ = ["Motions"]
