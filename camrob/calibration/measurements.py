@@ -14,6 +14,7 @@ from camrob.errors import LogError
 from camrob.frozen import locked
 from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
+from camrob.measurement.log_units import check_turns
 from camrob.se3 import pose
 
 __all__ = ["Measurements", "measurements_of", "sampled_rows", "withheld_rows"]
@@ -87,6 +88,7 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
         raise LogError(f"has no column {missing}", hint=hint, path=log.path, line=1)
     if not log.has_position:
         raise LogError("holds no measured position", hint="give x, y, z", path=log.path, line=1)
+    check_turns(log, cell.turning_names)
     axes = log.axes(names) if reported else log.setpoints(names)
     oriented = log.has_orientation and bool(log.complete(ORIENTATION).any())
     whole = log.complete(POSITION) & ~np.isnan(axes).any(axis=1)

@@ -107,6 +107,11 @@ class Cell:
         return slice(arm[0], arm[-1] + 1)
 
     @property
+    def turning_names(self) -> tuple[str, ...]:
+        """The arm's axes that turn, in their order."""
+        return tuple(j.name for j in self.joints if j.role is Role.ARM and not j.prismatic)
+
+    @property
     def axis_names(self) -> tuple[str, ...]:
         """Names of the real axes in the order in which programs print them: the arm's, A1..A6, then E1, E2, ..."""
         return tuple(j.name for j in self.joints if j.role is Role.ARM) + self.external_names

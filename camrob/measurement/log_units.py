@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import LogError
-from camrob.measurement.log import AXES, CURRENT, EXTERNAL, EXTERNAL_TORQUE, FORCE, MOTOR, ORIENTATION, POSITION, TORQUE
+from camrob.measurement.log import (
+    AXES,
+    CURRENT,
+    EXTERNAL,
+    EXTERNAL_TORQUE,
+    FORCE,
+    MOTOR,
+    ORIENTATION,
+    POSITION,
+    TORQUE,
+    MeasurementLog,
+)
 from camrob.units import deg_to_rad
 
-__all__ = ["check_plausible"]
+__all__ = ["check_plausible", "check_turns"]
 
 Array = NDArray[np.float64]
 
@@ -21,8 +32,8 @@ _LARGEST = {
     **dict.fromkeys(("t",), 1e9),
     **dict.fromkeys(POSITION, 1e5),
     **dict.fromkeys(ORIENTATION, 360.0 + 1e-9),
-    **dict.fromkeys((*AXES, *(f"c{n}" for n in AXES)), 1500.0),
-    **dict.fromkeys((*EXTERNAL, *(f"c{n}" for n in EXTERNAL)), 1e6),
+    # mm, where an axis slides: that one turns, the cell tells (`check_turns`)
+    **dict.fromkeys((*AXES, *(f"c{n}" for n in AXES), *EXTERNAL, *(f"c{n}" for n in EXTERNAL)), 1e6),
     **dict.fromkeys((*TORQUE, *EXTERNAL_TORQUE), 1e6),
     **dict.fromkeys(MOTOR, 1e6),
     **dict.fromkeys(CURRENT, 1e4),
@@ -30,6 +41,7 @@ _LARGEST = {
     "temp": 200.0,
     "line": 1e9,
 }
+_TURNED = 1500.0  # degrees that an axis of an arm is from its zero at the most
 _HINT = "the format's units are mm, degrees, s, Nm, N and degrees C"
 _REACH_MM = 6000.0  # the longest lever that an axis turns the tool with
 _GROSS_DEG = 30.0  # of travel of A1 to A3, with which no tool stays within ...
@@ -65,6 +77,17 @@ def check_plausible(columns: Mapping[str, Array], path: Path, lines: NDArray[np.
     if seen.any() and farthest < _METRES and extent > 0.0 and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG:
         what = f"the tool stays within {farthest:.3g} mm of the origin while the arm moves"
         raise LogError(what, hint="are the positions in metres? give mm", path=path, line=int(lines[0]))
+
+
+def check_turns(log: MeasurementLog, turning: Sequence[str]) -> None:
+    """Raise LogError, with the line, where one of the arm's axes `turning`, which don't slide, is at no angle in degrees."""
+    for axis in turning:
+        for name in (axis, f"c{axis}"):
+            beyond = np.abs(log.columns.get(name, np.zeros(1))) > _TURNED
+            if beyond.any():
+                row = int(np.argmax(beyond))
+                what = f"{name} is {log.columns[name][row]:g} degrees"
+                raise log.error(what, hint="is it in increments, or another axis' column?", at=row)
 
 
 def _extent(values: Array) -> float:

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob.calibration.measurements import measurements_of
+from camrob.cell.read_cell import read_cell
 from camrob.errors import LogError
 from camrob.measurement.csv_numbers import format_table, parse_table
 from camrob.measurement.log import MeasurementLog
@@ -261,3 +263,23 @@ def test_real_logs(series: str) -> None:
         pytest.skip(f"../shared is not here: {series}")
     log = read_log(SHARED / series)
     assert len(log) > 5000 and log.has_position and log.has_orientation
+
+
+def test_an_axis_that_slides_is_in_mm_and_one_that_turns_in_degrees(tmp_path: Path) -> None:
+    folder = tmp_path / "gantry"
+    folder.mkdir()
+    (folder / "cell.toml").write_text(
+        'schema = 1\nname = "gantry"\nstanding = "datasheet"\n[arm]\nkinds = "PPPRR"\n'
+        "dh = [[-90, 0, 0, 0], [-90, 0, -90, 0], [0, 0, 0, 0], [90, 0, 0, 0], [0, 0, 0, 150]]\n"
+    )
+    cell = read_cell(folder)
+    row = "0.00,7500.0,-2400.0,1800.0,7500.0,2400.0,-1800.0,{},90.0"
+    for value, fault in (("30.0", None), ("1800.0", r"log\.csv:2: A4 is 1800 degrees")):
+        path = written(
+            tmp_path, [row.format(value), row.format(value).replace("0.00", "0.02")], "t,x,y,z,A1,A2,A3,A4,A5"
+        )
+        if fault is None:
+            assert measurements_of(read_log(path), cell).q[0, :3] == pytest.approx([7.5, 2.4, -1.8])
+        else:
+            with pytest.raises(LogError, match=fault):
+                measurements_of(read_log(path), cell)
