@@ -15,6 +15,7 @@ from camrob.gap.evidence.shrink import Trial
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.gap.observation.unknown_frames import Frames, left_twists, right_twists
 from camrob.measurement.log import MeasurementLog
+from camrob.measurement.log_units import check_turns
 from camrob.se3 import exp
 from camrob.units import deg_to_rad
 
@@ -32,10 +33,11 @@ def fitted_scenes(logs: Sequence[MeasurementLog], cells: Sequence[Cell]) -> tupl
     """Logs laid out, each on its cell. One that names another's frame or target (LOG.toml) as its own starts from those, and is
     moved with them when they are fitted: `make_panel` gives it the columns of the other's.
 
-    Raises LogError as `make_scene` does.
+    Raises LogError as `make_scene` does, and for an axis at no angle in degrees.
     """
     scenes: list[Scene] = []
     for log, cell in zip(logs, cells, strict=True):
+        check_turns(log, cell.turning_names)
         scenes.append(make_scene(log, cell, known=_frames_of(log, scenes), fitted=True))
     return tuple(scenes)
 
@@ -54,8 +56,9 @@ def _frames_of(log: MeasurementLog, scenes: Sequence[Scene]) -> Frames:
 def withheld_scene(log: MeasurementLog, cell: Cell, scenes: Sequence[Scene]) -> Scene:
     """A withheld log laid out; frame and target are those of the fitted logs that its LOG.toml names, and then 4 poses do.
 
-    Raises LogError as `make_scene` does.
+    Raises LogError as `make_scene` does, and for an axis at no angle in degrees.
     """
+    check_turns(log, cell.turning_names)
     return make_scene(log, cell, known=_frames_of(log, scenes), least=FEWEST)
 
 

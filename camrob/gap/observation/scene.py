@@ -18,7 +18,6 @@ from camrob.gap.observation.signals import derivative, pieces_of, play, play_at_
 from camrob.gap.observation.unknown_frames import Frames, fit_frames
 from camrob.measurement.log import FORCE, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
-from camrob.measurement.log_units import check_turns
 from camrob.se3 import rotation_log
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -228,7 +227,6 @@ def make_scene(
     if not log.has_position and (not all(usable.values()) or log.info.poses):
         hint = "give x, y, z of the instrument, or a run's set-points beside its encoders"
         raise log.error("has no measured position", hint=hint, at=None)
-    check_turns(log, cell.turning_names)
     kinds = [kind for kind in ("", "c") if usable[kind]]
     whole = np.ones(len(log), bool)
     for kind in kinds:
