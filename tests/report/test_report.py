@@ -284,6 +284,10 @@ def test_gaps_in_a_comparison_and_wrong_lengths(made):
     page = _page(path, solution, comparison={"without revision": holes}, bound=solution.inv_kf + 0.05)
     charts = next(_block(a, t) for a, t in _read(page).scripts if a.get("id") == "charts")
     assert {"without revision", "upper bound (best posture at each point)"} <= {t["name"] for t in charts[0]["traces"]}
+    page = _page(path, solution, comparison={"without revision": solution.inv_kf.copy()})
+    charts = next(_block(a, t) for a, t in _read(page).scripts if a.get("id") == "charts")
+    names = [t["name"] for t in charts[0]["traces"]]
+    assert "this program; the same without revision" in names and "without revision" not in names
     with pytest.raises(ValueError, match="has shape"):
         _page(path, solution, comparison={"x": holes[:-1]})
     with pytest.raises(ValueError, match="bound"):

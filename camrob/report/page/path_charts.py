@@ -32,6 +32,7 @@ _TINTS = ("rgba(47,127,209,0.09)", "rgba(224,138,30,0.09)")
 _MOST_BANDS = 60  # narrower ones are no longer seen
 _MOST_BAND_NAMES = 12  # more names lie upon each other
 _MOST_MARKS = 200  # more marks are a wall
+_ALIKE = 5e-4  # of 1/k_F: curves that near are one line
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +155,8 @@ def conditioning_chart(
 ) -> Chart:
     """1/k_F along the path with its threshold, other solutions to compare with, and the bound where one is known."""
     hover = "%{y:.3f}"
-    others = enumerate(comparison.items())
+    alike = [name for name, kf in comparison.items() if np.allclose(kf, solution.inv_kf, rtol=0.0, atol=_ALIKE)]
+    others = enumerate((name, kf) for name, kf in comparison.items() if name not in alike)
     traces = [
         along.curve(
             kf, plot_text(name), template=hover, color=_OTHERS[k % len(_OTHERS)], line={"width": 1.2, "dash": "dot"}
@@ -164,7 +166,9 @@ def conditioning_chart(
     if bound is not None:
         name = "upper bound (best posture at each point)"
         traces.append(along.curve(bound, name, template=hover, color=_BOUND, line={"width": 1.2, "dash": "dash"}))
-    name = "this program"
+    name = "this program" + "".join(
+        f"; the same {plot_text(other)}" for other in alike
+    )  # a line beneath it is not seen
     traces.append(along.curve(solution.inv_kf, name, template=f"{hover} · %{{text}}", color=_MAIN, line={"width": 2.2}))
     revised = [r for r in solution.revisions if r.kept][:_MOST_MARKS]
     if revised:
@@ -364,6 +368,8 @@ def feed_chart(along: Along, path: ToolPathInBase, reached: Array | None = None)
     if reached is not None:
         color = _OTHERS[0]
         curves.append(
-            along.curve(m_s_to_mm_min(reached), "reached", template=template, color=color, line={"width": 1.1})
+            along.curve(
+                m_s_to_mm_min(reached), "reached", template=template, color=color, line={"width": 1.1, "shape": "vh"}
+            )
         )
     return {"traces": curves, "layout": layout}

@@ -56,10 +56,20 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
     return page(f"The part that {summary.program} would cut", body, {"names": {}, "charts": charts})
 
 
+def _ticks(points: Array) -> list[int]:
+    """How many figures stand at most along x, y and z of points (P, 3)."""
+    size = np.ptp(points, axis=0)
+    return [6 if part > 0.2 * size.max() else 2 for part in size.tolist()]
+
+
 def _cards(summary: PredictSummary) -> str:
     first = next(iter(summary.causes), "")
     cards = [
-        ("Error, rms", number(summary.rms_mm, 3, "mm"), f"mean {summary.mean_mm:+.3f} mm; above 0: material is left"),
+        (
+            "Error, rms",
+            number(summary.rms_mm, 3, "mm"),
+            f"mean {number(summary.mean_mm, 3, 'mm')}; above 0: material is left",
+        ),
         ("95 % are within", number(summary.p95_mm, 3, "mm"), f"{summary.points:,} points of the surface"),
         (
             "Worst",
@@ -238,7 +248,8 @@ def _picture(surface: PredictedSurface) -> dict[str, Any]:
     scene = {
         "aspectmode": "data",
         "camera": camera,
-        **{f"{a}axis": {"title": {"text": f"{a} mm"}, "nticks": 6} for a in "xyz"},
+        # a shallow part has no room for the figures of its depth
+        **{f"{a}axis": {"title": {"text": f"{a} mm"}, "nticks": n} for a, n in zip("xyz", _ticks(p), strict=True)},
     }
     layout = {"height": 640, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "scene": scene}
     return {
