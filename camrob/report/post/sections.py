@@ -142,7 +142,11 @@ def cards(summary: PostSummary, cell: Cell, path: ToolPathInBase, *, threshold: 
     clear_note = f"closest {number(clearance, 1, 'mm')}" if clearance is not None else "clearance was not measured"
     hits = (f"{count:,}" if count else "none", clear_note, "bad" if count else "")
     optimal = summary.time_s.optimal
-    time_note = "at the programmed feeds" if optimal is None else f"{duration(optimal)} planned, jerk kept: see Feed"
+    time_note = (
+        "at the programmed feeds, without waits and the ways from and to HOME"
+        if optimal is None
+        else f"{duration(optimal)} planned, jerk kept: see Feed"
+    )
     parts = [
         (escape(key.split("_")[0]), number(value, 0, "mm" if key.endswith("_mm") else "°"))
         for key, value in summary.external_travel.items()
