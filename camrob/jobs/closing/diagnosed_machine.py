@@ -16,7 +16,7 @@ from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.program_track import nearest_on_path
-from camrob.jobs.closing.run_way import RunWay
+from camrob.jobs.closing.run_way import RunWay, arcs_of
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.force_model import CuttingForce
@@ -95,7 +95,7 @@ class MachineRun:
     def way(self) -> RunWay:
         """How the rows lie along the program's motions."""
         step = np.linalg.norm(np.diff(self.path.ideal[:, :3, 3], axis=0), axis=1)
-        return RunWay(np.asarray(self.program.kind), self.motion, np.concatenate([[0.0], step]))
+        return RunWay(np.asarray(self.program.kind), self.motion, np.concatenate([[0.0], step]), arcs_of(self.program))
 
     @cached_property
     def beyond_constants(self) -> Array:

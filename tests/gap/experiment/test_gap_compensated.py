@@ -20,7 +20,7 @@ from camrob import post
 from camrob.errors import InputError
 from camrob.jobs.closing.added_targets import places_to_add
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, shifted
-from camrob.jobs.closing.run_way import RunWay
+from camrob.jobs.closing.run_way import RunWay, arcs_of
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for
@@ -73,6 +73,33 @@ def test_a_kink_within_a_line_is_met_where_the_line_is_divided_there() -> None:
     assert off[0] > 0.2 and off[1] < 2e-3
     assert divided.kind.tolist() == [Motion.LIN] * 7
     assert np.bincount(divided.motion).tolist() == [40, 30, 10, 10, 20, 10, 40]
+
+
+def test_an_arc_that_is_shifted_turned_and_widened_is_met_by_its_three_points(tmp_path: Path) -> None:
+    """Three points on a circle by its centre, and what a force along the feed does to it."""
+    radius, first, via, last = 40.0, 0.4, 1.1, 3.0
+
+    def place(u: np.ndarray) -> np.ndarray:
+        return np.stack([900.0 + radius * np.cos(u), 20.0 + radius * np.sin(u), np.full_like(u, 400.0)], axis=-1)
+
+    points = [f"{{X {x:.9f},Y {y:.9f},Z {z:.9f},A 0,B 90,C 0}}" for x, y, z in place(np.array([first, via, last]))]
+    file = tmp_path / "arc.src"
+    file.write_text("\n".join(["DEF arc()", HOME, f"LIN {points[0]}", f"CIRC {points[1]},{points[2]}", "END"]))
+    text = language_of_file(file).read(file, None)
+    arcs = arcs_of(text)
+    assert np.allclose(arcs[3], [via - first, last - via], atol=1e-6) and not arcs[:3].any()
+    u = np.linspace(first, last, 401)[1:]
+    outward = np.stack([np.cos(u), np.sin(u), 0.0 * u], axis=1)
+    ahead = np.stack([-np.sin(u), np.cos(u), 0.0 * u], axis=1)
+    values = np.array([0.3, -0.2, 0.1]) + 0.5 * outward - 0.7 * ahead
+    motion = np.repeat([1, 3], [1, len(u)])
+    step = np.append(1e-3, np.full(len(u), 1e-3 * radius * (last - first) / len(u)))
+    all_values = np.concatenate([values[:1], values])
+    off = [
+        np.abs(way.between(way.fit(all_values)) - all_values)[2:].max()
+        for way in (RunWay(np.asarray(text.kind), motion, step, arcs), RunWay(np.asarray(text.kind), motion, step))
+    ]
+    assert off[0] < 2e-3 and off[1] > 0.3
 
 
 def test_a_machine_that_errs_by_a_twist_meets_the_shifted_target() -> None:
