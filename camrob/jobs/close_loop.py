@@ -32,6 +32,7 @@ from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.measurement.read_log import read_log
 from camrob.measurement.write_log import write_log
+from camrob.prediction.read_force import read_force
 from camrob.progress import Progress
 from camrob.report.closing.page import ledger_report
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
@@ -85,6 +86,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     """
     start = time.perf_counter()
     asked, out = read_loop_job(job), Path(out)
+    _force_for_all_turns(asked)
     loop = _Loop(asked, out, cell_for("post", asked.cell), progress)
     loop.go()
     ledger = replace(loop.ledger(), seconds=round(time.perf_counter() - start, 3))
@@ -308,6 +310,12 @@ class _Loop:
                     progress=self.progress,
                 )
         return DiagnosisSummary.from_json(_json(folder / "diagnosis.json"))
+
+
+def _force_for_all_turns(job: LoopJob) -> None:
+    """Raise InputError for a force that the second turn could do nothing with, before anybody runs the first."""
+    if job.force is not None and read_force(job.force).asks_removal:
+        raise InputError("leaves depth or width to the removal", hint="give depth_mm and width_mm", path=job.force)
 
 
 def _ledger_in(out: Path, made_from: dict[str, str]) -> Sequence[LoopTurn]:

@@ -182,7 +182,7 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         force=None if pushes is None else force_of(pushes, path),
         part=part,
         holder=holder,
-        warnings=_remarks([*text.findings, *ran.findings, *findings]),
+        warnings=(*_assumed(held), *_remarks([*text.findings, *ran.findings, *findings])),
         files=("predict.json", "surface.npz", "predict.html"),
         seconds=PredictSeconds(
             simulate=round(simulated - start, 3),
@@ -205,7 +205,10 @@ def _held_to_part(setup: Setup, surface: PredictedSurface, path: TruePath) -> He
     """What the machine cuts, held to the set-up's mesh of the part, if it has one."""
     if setup.part is None or setup.part.mesh is None:
         return None
-    held = against_part(surface.left, surface.real, body_triangles(setup.part), farthest=_REACH)
+    try:
+        held = against_part(surface.left, surface.real, body_triangles(setup.part), farthest=_REACH)
+    except InputError as error:
+        raise error.at(setup.part.mesh) from None
     if len(held.point) == 0:
         hint = "check its unit, and that it lies in the CL data's frame"
         raise SetupError(
@@ -253,7 +256,7 @@ def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, pat
 
 def _demand_cut(surface: PredictedSurface, program: Path) -> None:
     if len(surface.point) == 0:
-        hint = "give the set-up that the program was posted with (--setup)"
+        hint = "give the set-up that the program was posted with (--setup); check the stock's place and unit there"
         raise InputError("the program cuts nothing of the stock", hint=hint, path=program)
 
 
@@ -282,9 +285,24 @@ def _cutter(setup: Setup) -> Cutter:
 
 
 def _stock(setup: Setup, pitch: float) -> Dexels:
-    body = setup.stock
+    """The set-up's stock, or a block as large as its part."""
+    body = setup.stock or setup.part
     if body is None:
-        raise SetupError("names no stock", hint="add [stock] with box_mm or mesh", path=setup.path)
+        raise SetupError("names neither stock nor part", hint="add [stock] with box_mm or mesh", path=setup.path)
+    if setup.stock is None:
+        corners = body_triangles(body).reshape(-1, 3)
+        return Dexels(corners.min(axis=0), corners.max(axis=0), pitch)
     if body.mesh is None:
         return Dexels(body.lower, body.upper, pitch)
-    return of_mesh(body_triangles(body), pitch)
+    try:
+        return of_mesh(body_triangles(body), pitch)
+    except InputError as error:
+        raise error.at(body.mesh) from None
+
+
+def _assumed(setup: Setup) -> tuple[Remark, ...]:
+    """What stock was made up, if the set-up names none."""
+    if setup.stock is not None:
+        return ()
+    text = "the set-up names no [stock]: a block as large as its part is cut"
+    return (Remark(line=0, code="assumed-stock", text=text, count=1),)

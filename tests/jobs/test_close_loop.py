@@ -62,6 +62,8 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
         ("turns = 0", "turns: is 0"),
         ('method = "magic"', "method: is 'magic'"),
         ("tolerence = 1", "tolerence: is not a key"),
+        ('force = "FORCE.toml"', "FORCE.toml: can't be read"),
+        ('force = "loop.toml"', "loop.toml: mean: is given with [milling], or both are missing"),
     ],
 )
 def test_a_job_that_is_wrong_is_refused_by_its_key(job: Path, tmp_path: Path, line: str, message: str, capsys) -> None:

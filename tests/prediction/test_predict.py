@@ -185,11 +185,30 @@ def test_what_is_missing_is_asked_for(program: Path, tmp_path: Path) -> None:
     with pytest.raises(SetupError, match="corner_radius_mm"):
         predict(program, setup=setup, **asked)
     setup.write_text("[tool]\ndiameter_mm = 3\nlength_mm = 40\ncorner_radius_mm = 0\n", encoding="utf-8")
-    with pytest.raises(SetupError, match="no stock"):
+    with pytest.raises(SetupError, match="neither stock nor part"):
         predict(program, setup=setup, **asked)
     with pytest.raises(InputError, match="how far it is off"):
         predict(program, setup=ROOT / "toolpaths/engraving/setup.toml", **asked)
     assert not (tmp_path / "out").exists()
+
+
+def test_without_stock_a_block_as_large_as_the_part_is_cut_and_an_open_mesh_is_named(
+    program: Path, tmp_path: Path
+) -> None:
+    fitted = calibration(tmp_path / "fitted.toml", {"tool.z": -0.05e-3})
+    plate = trimesh.load_mesh(ROOT / "toolpaths/engraving/stock.stl")
+    plate.export(tmp_path / "plate.stl")
+    setup = tmp_path / "setup.toml"
+    text = (ROOT / "toolpaths/engraving/setup.toml").read_text(encoding="utf-8")
+    setup.write_text(text.replace('[stock]\nmesh = "stock.stl"', '[part]\nmesh = "plate.stl"'), encoding="utf-8")
+    asked = {"cell": CELL, "calibration": fitted, "out": tmp_path / "out", "cycle_ms": 12.0, "pitch_mm": 1.0}
+    made = predict(program, setup=setup, **asked).summary
+    assert [w.code for w in made.warnings].count("assumed-stock") == 1
+    assert made.part is not None and made.part.gouged_mm3 > 10.0 and made.part.beyond_stock_mm == 0.0
+    plate.faces = plate.faces[1:]
+    plate.export(tmp_path / "plate.stl")
+    with pytest.raises(InputError, match=r"plate\.stl: \d+ rays end inside the mesh"):
+        predict(program, setup=setup, **asked)
 
 
 def test_nobody_says_what_is_wrong_with_the_machine(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def arcs_of(program: ProgramText) -> Array:
     an arc is nearly a line or a whole circle, or where the text does not give its three points in one base.
     """
     out = np.zeros((len(program), 2))
-    kind, pose, base = (np.asarray(v) for v in (program.kind, program.pose, program.base))
+    kind, base, pose = np.asarray(program.kind), np.asarray(program.base), np.asarray(program.pose, np.float64)
     end = np.flatnonzero(kind == Motion.CIRC_END)
     end = end[(end >= 2) & np.isnan(np.asarray(program.circular_angle_deg)[end])]
     end = end[(base[end - 2] == base[end]) & (kind[end - 2] != Motion.CIRC_VIA)]

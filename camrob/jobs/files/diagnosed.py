@@ -37,7 +37,7 @@ def diagnosed(
     file = Path(folder) / "diagnosis.json"
     try:
         said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, InputError) as error:
         raise InputError(
             "is not a diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
         ) from error

@@ -29,7 +29,7 @@ __all__ = ["causes_of", "force_of", "holder_of", "part_of", "places_of", "region
 Array = NDArray[np.float64]
 
 _PLACES = 10  # the worst ones, as the contract says
-_APART = 3.0  # mm between two of them: nearer ones are one place
+_APART, _APART_SHARE = 3.0, 0.05  # mm between two of them, and of the part's longest side: nearer ones are one place
 _GRAZED = 1e-12  # m3: less than a thousandth of a mm3 is where two walls touch
 _ROUNDING, _RUNOUT = "corner_rounding", "run-out"
 
@@ -102,12 +102,13 @@ def places_of(surface: PredictedSurface, path: TruePath) -> tuple[PredictedPlace
 def _worst(point: Array, size: Array) -> Iterator[int]:
     """Numbers of the points (P, 3) m with the largest sizes (P,) above 0, each the largest within some mm."""
     left = size.copy()
+    apart = max(mm_to_m(_APART), _APART_SHARE * float(np.ptp(point, axis=0).max())) if len(point) else 0.0
     for _ in range(_PLACES):
         k = int(np.argmax(left)) if len(left) else 0
         if not len(left) or left[k] <= 0.0:
             return
         yield k
-        left[np.linalg.norm(point - point[k], axis=1) < mm_to_m(_APART)] = 0.0
+        left[np.linalg.norm(point - point[k], axis=1) < apart] = 0.0
 
 
 def regions_of(

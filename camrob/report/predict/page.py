@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to sh
 
 def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
     """The page as text."""
-    picture, spread = _picture(surface), _spread(surface)
+    picture, spread = _picture(surface), _spread(surface, summary.percentiles_mm)
     known = " and ".join(
         f"the {what} <b>{escape(name)}</b>"
         for what, name in (("calibration", summary.calibration), ("diagnosis in", summary.diagnosis))
@@ -109,7 +110,10 @@ def _places(summary: PredictSummary) -> str:
         for p in summary.places
     ]
     head = ("largest cause", "line", "error mm", "95 % mm", "of that the cause", "share", "x mm", "y", "z")
-    note = "One place stands for all within 3 mm of it. A share is that of the sizes of all causes, which may cancel each other."
+    note = (
+        "One place stands for all within 3 mm of it and a twentieth of the part. A share is that of the sizes of all causes, "
+        "which may cancel each other."
+    )
     return section("The ten worst places", table(head, rows), f'<p class="caption">{note}</p>')
 
 
@@ -262,10 +266,11 @@ def _picture(surface: PredictedSurface) -> dict[str, Any]:
     }
 
 
-def _spread(surface: PredictedSurface) -> dict[str, Any]:
+def _spread(surface: PredictedSurface, percentiles: Mapping[str, float]) -> dict[str, Any]:
     """How many points are off by how much, the middle 98 % with the rest in the end bars."""
     e = m_to_mm(surface.deviation)
     end = max(float(np.quantile(np.abs(e), 0.995)), _SCALE_LEAST_MM)
+    below = ", ".join(f"{share} % {number(value, 3, 'mm')}" for share, value in percentiles.items())
     counts, edges = np.histogram(np.clip(e, -end, end), bins=80, range=(-end, end))
     trace = {
         "type": "bar",
@@ -284,7 +289,7 @@ def _spread(surface: PredictedSurface) -> dict[str, Any]:
     return {
         "id": "spread",
         "title": "How the errors are spread",
-        "caption": "The bars at the ends hold all that lies beyond.",
+        "caption": f"The bars at the ends hold all that lies beyond. Of the points lie below: {below}.",
         "traces": [trace],
         "layout": layout,
         "own": True,
