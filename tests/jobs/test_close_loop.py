@@ -11,10 +11,13 @@ import pytest
 from gap_cases import closed_loop, generator
 from page_data import block_of
 
+from camrob.cell.read_cell import read_cell
 from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.jobs.close_loop import close_loop
+from camrob.jobs.closing.measured_path import intended_path, measured_off_path
 from camrob.languages.krl.reader.read_krl import read_krl
+from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -80,6 +83,23 @@ def true_machine(world) -> None:
     world.link[:, 2] += 0.03 * closed_loop.DEG
     world.link[:, 4] += 1.2e-3 * world.command[:, 3]
     world.link[:, 0] += generator.play(world.command[:, 0], 0.012 * closed_loop.DEG)
+
+
+def test_a_piece_of_a_run_says_nothing_of_the_rest(job: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(closed_loop, "ROWS", slice(0, None, 10))
+    out = tmp_path / "loop"
+    close_loop(job, out=out)
+    file = out / "turn_1" / "short.src"
+    log, program, cell = closed_loop.run_on_cell(file, true_machine, 1), read_krl(file), read_cell(closed_loop.CELL)
+    intended, rows = intended_path(program, cell), np.arange(len(program))
+    for without in ((), ("line",)):
+        columns = {k: v for k, v in log.columns.items() if k not in without}
+        whole = measured_off_path(MeasurementLog(columns, log.info), program, cell, intended, rows)
+        assert 1e-5 < np.median(whole.off) < 1e-3
+        for kept in (slice(0, len(log) // 3), slice(len(log) // 3, None)):
+            piece = MeasurementLog({k: v[kept] for k, v in columns.items()}, log.info)
+            with pytest.raises(InputError, match=r"shows the tool on \d+ % of the way"):
+                measured_off_path(piece, program, cell, intended, rows)
 
 
 @pytest.mark.slow

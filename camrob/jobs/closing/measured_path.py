@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from camrob.cell.cell import Cell
 from camrob.controller.programmed_path import ProgrammedPath, programmed_path
@@ -19,12 +20,15 @@ from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import inverse
+from camrob.units import mm_to_m
 
 __all__ = ["OffPath", "intended_path", "measured_off_path"]
 
 Array = NDArray[np.float64]
 
 _FAR = 0.05  # m: a row farther away belongs to no motion of this program
+_PARTS, _WHOLE = 40, 0.9  # of the way along lines and arcs, and of those parts in which a run has to have been seen
+_NEAR = mm_to_m(10.0)  # of a place on the path that was seen, where rows don't tell their motion
 
 
 class OffPath(NamedTuple):
@@ -50,7 +54,7 @@ def measured_off_path(
 
     program: what ran. meant: (M,) the motion that `intended` has for each of its motions. Frames that nobody gave (the
     instrument's, the reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises
-    LogError for a log without measured positions, or of another program.
+    LogError for a log without measured positions, of another program, or of a piece of the run.
     """
     if not log.has_position:
         raise LogError("has no measured position", hint="log the tool with an instrument: x, y, z", path=log.path)
@@ -78,4 +82,32 @@ def measured_off_path(
     off = np.linalg.norm(tip - place, axis=1)[cut]
     if not len(off) or np.median(off) > _FAR:
         raise LogError("is not a run of this program", hint=f"give the log of {program.name}", path=log.path)
+    seen = _seen(tip[cut], along[cut], program, intended, meant, by_line=scene.log.has("line"))
+    if seen < _WHOLE:
+        what = f"shows the tool on {100.0 * seen:.0f} % of the way along the lines and arcs of {program.name}"
+        raise LogError(what, hint="log the whole run: the rest may be off by anything", path=log.path)
     return OffPath(along[cut], np.asarray(off))
+
+
+def _seen(
+    tip: Array, along: Array, program: ProgramText, intended: ProgrammedPath, meant: NDArray[np.int64], *, by_line: bool
+) -> float:
+    """The share of the way along lines and arcs on which rows (K, 3), at places (K,) along the path, lie.
+
+    by_line: whether the places are sure; what is passed twice is told apart by them alone.
+    """
+    nodes, owner = np.asarray(intended.points), np.asarray(intended.motion)[1:]
+    length = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+    cuts = np.asarray(program.kind)[np.searchsorted(meant, owner, side="right") - 1] >= Motion.LIN
+    done = np.concatenate([[0.0], np.cumsum(np.where(cuts, length, 0.0))])
+    way = np.concatenate([[0.0], np.cumsum(length)])
+    if by_line:
+        parts = max(min(_PARTS, len(along) // 2), 1)
+        part = np.interp(along, way, done) / max(done[-1], 1e-12) * parts
+        return len(np.unique(np.clip(part, 0, parts - 1).astype(np.int64))) / parts
+    at = np.searchsorted(done, (np.arange(_PARTS) + 0.5) / _PARTS * done[-1], side="left") - 1
+    share = ((np.arange(_PARTS) + 0.5) / _PARTS * done[-1] - done[at]) / length[at]
+    places = nodes[at] + share[:, None] * (nodes[at + 1] - nodes[at])
+    step = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+    near = max(_NEAR, 2.0 * float(np.quantile(step, 0.99))) if len(step) else _NEAR
+    return float(np.mean(cKDTree(tip).query(places)[0] <= near))
