@@ -317,6 +317,8 @@ def _shift(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGr
 def _origin(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
     """G10 and G92: offsets of the machine's, harmless before the first move."""
     if code == 100 and block.words.get("L") in (1.0, 10.0, 11.0):  # the tool table
+        if modal.moved and modal.length is not None and block.words.get("P") == modal.length:
+            raise ToolpathError("G10 changes the length in use, in the middle of the program", hint="put it first")
         return True
     if modal.moved:
         raise ToolpathError(

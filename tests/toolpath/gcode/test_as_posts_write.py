@@ -105,6 +105,7 @@ REFUSED = {
     "G1 X15. L3": "no use for it",
     "G43 H2": "how its lengths lie",
     "H2": "how its lengths lie",
+    "G10 L10 P1 R5.": "the length in use",
     "G43 H0": "how its lengths lie",
     "G55": "several work offsets",
     "%": "ends at this %",
