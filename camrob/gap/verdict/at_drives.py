@@ -81,7 +81,7 @@ def _rms(parts: Sequence[Array]) -> float:
 def not_told_apart(model: Model, library: Sequence[Effect], claimed: Collection[str]) -> dict[str, list[str]]:
     """Claimed effects, and the one that would leave nearly as little between set-point and encoder in their place, alone or in
     that of all names of the best set that follow speed and acceleration: by fewer squares of what stays, at the temperature,
-    than a name has to stand out by to be nearly sure. Of logs that tell both ends.
+    than a value has to stand out by to be nearly sure. Of logs that tell both ends.
     """
     found: dict[str, list[str]] = {}
     if any(p.y_servo is None for p in model.panels):
@@ -98,7 +98,7 @@ def not_told_apart(model: Model, library: Sequence[Effect], claimed: Collection[
 
 
 def _clearer(model: Model, effect: Effect, replaced: Collection[str]) -> float:
-    """By how many squares some effects leave less than the stand-in of one of them does in their place."""
+    """By how many squares, a value of its own, some effects leave less than the stand-in of one of them does in their place."""
     lag = model.values(members_of(model, effect.name), model.best)
     named = {q.name: float(v) for q, v in zip(model.design.parameters, lag, strict=True) if v != 0.0}
     if not named:
@@ -118,7 +118,7 @@ def _clearer(model: Model, effect: Effect, replaced: Collection[str]) -> float:
         return total
 
     least = minimize_scalar(beyond, bounds=_SCALES, method="bounded", options={"xatol": 1e-5}).fun
-    return float(least / model.evidence.temperature)
+    return float(least / model.evidence.temperature) / len(named)
 
 
 def _more_squares(panel: Panel, mean: Array, back: Array) -> float:
