@@ -101,7 +101,7 @@ def compare(story: Story, run: Run, terms: Terms) -> Comparison:
     prog = track(run.path, None, run.ptp | first)
     home = _stands(run, terms.home, terms)
     change = None if terms.change is None else _stands(run, terms.change, terms)
-    clear = Clear.around(file, story.way[file.rows] == Way.RAPID, terms.corners)
+    clear = Clear.around(file, story.way[file.rows] == Way.RAPID, story.joined[file.rows], terms.corners)
     match = walk(file, story, prog, run, home, clear, Tolerance(terms.chord, terms.decimated))
     events = event_rule(match, file, story, run)
     scene = Scene(match, file, story, run, events, clear, home, change)

@@ -154,6 +154,12 @@ def test_half_a_turn_in_a_cut_may_go_either_way(tmp_path: Path) -> None:
     assert np.degrees(np.arctan2(found[:, 3], -found[:, 4])) == pytest.approx([-10.0, -10.0, 10.0])
 
 
+def test_a_rapid_high_above_the_part_before_a_tilted_plane(tmp_path: Path) -> None:
+    """It leads to no cut with the tool upright: that the program comes in below it was refused as an error of camrob's."""
+    plane = "G0 Z120.\nG68.2 X0. Y0. Z0. I0. J20. K0.\nG53.1\nG0 X0. Y0. Z30.\nG1 Z-1. F100.\nX5.\nG0 Z30.\nG69\nM30\n"
+    posted(tmp_path, "a.nc", ISO.partition("G1 Z")[0] + plane, setup=PLACE)
+
+
 @pytest.mark.parametrize(
     ("cycle", "heights", "dwell"),
     [
