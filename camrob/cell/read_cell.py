@@ -300,7 +300,10 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     for section in ("controller", "resolve"):
         if section in table and (len(arm) != POSTED_ARM or any(j.prismatic for j in arm)):
             what = f"is given, and the arm's {len(arm)} axes are not six that turn"
-            raise table.fail(section, what, "leave it out: such a cell is measured and diagnosed, not programmed")
+            hint = "leave it out: such a cell is measured and diagnosed, not programmed"
+            if any(j.prismatic for j in arm):
+                hint += "; linear axes that carry six that turn are of role carriage"
+            raise table.fail(section, what, hint)
     for j in joints:
         external = j.role in (Role.WORKPIECE, Role.CARRIAGE)
         if external and not (len(j.name) == 2 and j.name[0] == "E" and j.name[1] in "123456"):

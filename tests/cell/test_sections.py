@@ -85,6 +85,22 @@ def test_a_cell_without_both_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_linear_axes_of_an_arm_are_told_their_role(tmp_path: Path) -> None:
+    shutil.copytree(KR15, tmp_path / "gantry")
+    file = tmp_path / "gantry" / "cell.toml"
+    text = file.read_text(encoding="utf-8")
+    turning = re.search(r'name = "A1"\n.*?\n\n', text, re.DOTALL)
+    assert turning is not None
+    linear = turning[0].replace("revolute", "prismatic").replace("_deg_s", "_mm_s")
+    for key in ("offset", "home", "reference", "range"):
+        linear = linear.replace(f"{key}_deg", f"{key}_mm")
+    file.write_text(text.replace(turning[0], linear), encoding="utf-8")
+    with pytest.raises(
+        CellError, match=r"not six that turn; .*linear axes that carry six that turn are of role carriage"
+    ):
+        read_cell(tmp_path / "gantry")
+
+
 def test_without_resolve(tmp_path: Path, measured: Path) -> None:
     cell, out = without(tmp_path / "cell", "resolve"), tmp_path / "out"
     refused(cell, "resolve", "post", post, SAMPLE, out=out)
