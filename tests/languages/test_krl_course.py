@@ -95,6 +95,7 @@ def test_frames_are_chained(tmp_path: Path) -> None:
         (GO.format(1) + "$BASE={X 0,Y 5,Z 0,A 0,B 0,C 0}\np={Z 2}\nLIN p\n", "stands at no target of this base"),
         (GO.format(1) + "CIRC {X 2,Y 1},{X 3,Y 0},CA 90\np={X 2}\nLIN p\n", "stands at no target"),  # it ends elsewhere
         ("p.X=moving(1)\nLIN p\n", "moves, and is a value"),
+        ("p.X=ABS(1)\nLIN p\nEND\nDEFFCT REAL ABS(a:IN)\nREAL a\nRETURN 2*a\nENDFCT\nDEF z ( )\n", "one of its own"),
     ],
 )
 def test_what_a_program_leaves_open_is_refused(tmp_path: Path, body: str, named: str) -> None:

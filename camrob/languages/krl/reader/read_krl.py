@@ -315,12 +315,12 @@ class _Reader:
             elif names[k] and parameter in routine.unsaid and after[parameter] != arguments[k]:
                 machine.variables.assign(names[k], Unknown(names[k]))  # whether it is handed back isn't said
 
-    def _function(self, name: str, arguments: list[Value]) -> Value:
-        """The value of a DEFFCT that the program brings; it must not move."""
+    def _function(self, name: str, arguments: list[Value]) -> Value | None:
+        """The value of a DEFFCT that the program brings, which must not move; None where it brings none."""
         module = self._calling
         found = (module, module.routines[name]) if module and name in module.routines else self._external(name)
         if found is None:
-            return Unknown(f"{name}(...)")
+            return None
         before, self._returned = self._machine.rows.count, None
         self._call(*found, arguments)
         if self._machine.rows.count != before:

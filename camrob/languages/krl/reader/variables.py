@@ -36,7 +36,7 @@ class Variables:
         self.asked: dict[str, Callable[[], Value]] = {}
         self.scopes: tuple[dict[str, Value], ...] = ()
         self._whole: set[str] = set()  # components of the program's own structures that are INT
-        self.own_function: Callable[[str, list[Value]], Value] = lambda name, _: Unknown(f"{name}(...)")
+        self.own_function: Callable[[str, list[Value]], Value | None] = lambda _name, _arguments: None
 
     def lookup(self, path: str) -> Value:
         """The value of a variable, a field or an element; Unknown where the program doesn't give it."""
@@ -58,9 +58,14 @@ class Variables:
                 self._whole.add(token.text)
 
     def called(self, name: str, arguments: list[Value]) -> Value:
-        """The value of a function: of the language's own, or of one that the program brings."""
-        value = built_in(name, arguments)
-        return self.own_function(name, arguments) if value is None else value
+        """The value of a function: of one that the program brings, else of the language's own."""
+        own, value = self.own_function(name, arguments), built_in(name, arguments)
+        if own is not None and value is not None:
+            raise KrlError(
+                f"{name} is a function of KRL's, and the program brings one of its own", hint="rename that one"
+            )
+        value = value if own is None else own
+        return Unknown(f"{name}(...)") if value is None else value
 
     def product(self, left: Value, right: Value) -> Value:
         """left : right, by the geometric operator."""
