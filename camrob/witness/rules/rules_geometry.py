@@ -288,14 +288,14 @@ class Clear:
     def around(file: Track, rapid: NDArray[np.bool_], joined: NDArray[np.bool_], corners: Array) -> Clear:
         """Of a placed file, some of whose motions are `rapid` (N,), and the corners (K, 3) of part and stock.
 
-        joined: (N,) where a motion goes on from the one before it. Rapids that no cut is joined to lead nowhere, so that nothing
-        has to pass above them, unless the file cuts nothing at all.
+        joined: (N,) where a motion goes on from the one before it. Rapids before the stretch of the first cut lead to none, so
+        that nothing has to pass above them.
         """
-        way = np.cumsum(~joined)
-        rapid_to_cuts = rapid if rapid.all() else rapid & np.isin(way, way[~rapid])
+        stretch = np.cumsum(~joined)
+        asked = rapid if rapid.all() else rapid & (stretch >= stretch[np.argmin(rapid)])
         arcs = np.flatnonzero(file.angle)
         bulges = [sampled(file, arcs, k / 32) for k in range(1, 32)] if len(arcs) else []
-        return Clear(file.tip[rapid_to_cuts], np.vstack([file.tip[~rapid], corners.reshape(-1, 3), *bulges]))
+        return Clear(file.tip[asked], np.vstack([file.tip[~rapid], corners.reshape(-1, 3), *bulges]))
 
 
 def _hull(points: Array) -> Array:
