@@ -43,6 +43,13 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
     assert posted(tmp_path / "near", found[2]).summary.points > 0
 
 
+def test_reversed_tool_axes_are_named(tmp_path: Path) -> None:
+    (tmp_path / "part.cls").write_text(CL.replace("40.0,0.0,0.0,1.0", "40.0,0.0,0.0,-1.0"))
+    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\nclearance_mm = 20\n")
+    with pytest.raises(camrob.JobError, match="so they may be reversed"):
+        camrob.post(tmp_path / "part.cls", cell=CELL, out=tmp_path / "out", report=False)
+
+
 def held(folder: Path, table: str, track: str) -> Path:
     """The cell with a table that turns so far and a track that is so long."""
     shutil.copytree(CELL, folder, ignore=shutil.ignore_patterns("poses.csv"))

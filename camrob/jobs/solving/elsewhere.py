@@ -42,9 +42,9 @@ def with_a_place(error: JobError, inputs: JobInputs, *, planned: bool = False) -
     if not isinstance(error, UnreachableError | LimitError | SingularError):
         return error
     lost = isinstance(error, UnreachableError) and not error.reasons.get(IN_REACH)
-    units = _inches(inputs)
-    plan, serves = ("", False) if planned or lost or units else _plan_here(inputs)
-    return error.but("; ".join(filter(None, [error.what, units, plan, "" if serves else _advice(inputs)])))
+    doubt = "; ".join(filter(None, (_inches(inputs), _upside_down(inputs))))
+    plan, serves = ("", False) if planned or lost or doubt else _plan_here(inputs)
+    return error.but("; ".join(filter(None, [error.what, doubt, plan, "" if serves else _advice(inputs)])))
 
 
 def _plannable(cell: Cell) -> list[str]:
@@ -76,6 +76,16 @@ def _inches(inputs: JobInputs) -> str:
     if inputs.toolpath.units != "inch" or width < _WIDE:
         return ""
     return f"read as inches the path is {m_to_mm(width):.0f} mm wide, so it may be in mm (--units mm)"
+
+
+def _upside_down(inputs: JobInputs) -> str:
+    """A doubt about the sense of the tool axes, where all of them point down."""
+    axes = np.concatenate([np.asarray(region.axis)[:, 2] for region in inputs.toolpath.regions])
+    if not len(axes) or axes.max() >= 0.0:
+        return ""
+    return (
+        "all tool axes of the file point down, where i, j, k point from the tip to the spindle, so they may be reversed"
+    )
 
 
 def _advice(inputs: JobInputs) -> str:
