@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import csv
 import re
 import sys
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imported_names import imported_names
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
@@ -30,15 +30,6 @@ COLUMNS = re.compile(r"t|[xyzabc]|c?A[1-7]|c?E[12]|T[1-6]|TE[12]|I[1-7]|temp|f[x
 KEYS = {"measured_frame", "target", "sigma_mm", "sigma_deg", "sigma_axis_deg", "sigma_axis_mm", "poses", "payload_kg"}
 
 
-def _imports(path: Path) -> set[str]:
-    nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
-    out = {alias.name for n in nodes if isinstance(n, ast.Import) for alias in n.names}
-    for n in nodes:
-        if isinstance(n, ast.ImportFrom):
-            out |= {str(n.module), *(f"{n.module}.{alias.name}" for alias in n.names)}
-    return out
-
-
 def _log(path: Path) -> dict[str, np.ndarray]:
     with path.open() as file:
         head, *rows = csv.reader(file)
@@ -48,7 +39,7 @@ def _log(path: Path) -> dict[str, np.ndarray]:
 def test_makers_import_nothing_of_what_they_judge_and_families_nothing_of_each_other() -> None:
     allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"}
     for path in FOLDER.glob("*.py"):
-        names = {n for n in _imports(path) if n.split(".")[0] not in allowed}
+        names = {n for n in imported_names(path) if n.split(".")[0] not in allowed}
         assert all(n.startswith(("gap.second_author", "gap.fifth_author")) for n in names), path
         other = "dev" if path.stem.startswith("sealed") else "sealed" if path.stem.startswith("dev") else None
         assert not {n for n in names if other and (f".{other}" in n or f"second_author.{other}" in n)}, path

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from imported_names import imported_names
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
@@ -20,16 +20,6 @@ from gap.fourth_author.causes import KNOWN, compliance_of, dahl, play  # noqa: E
 from gap.fourth_author.machines import MACHINES, heavy, middle, strong  # noqa: E402
 from gap.second_author.family import Setting  # noqa: E402
 from gap.second_author.run import Run, on_table, played  # noqa: E402
-
-
-def _imports(path: Path) -> set[str]:
-    out = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            out |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            out |= {str(node.module)}
-    return out
 
 
 def _ramp(robot, axis, speed=0.2, seconds=6.0):
@@ -46,7 +36,7 @@ def _cause(name, run, seed=1):
 
 def test_makers_import_numpy_scipy_and_the_second_authors_plumbing_alone() -> None:
     allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"}
-    names = {n for path in FOLDER.glob("*.py") for n in _imports(path)}
+    names = {n for path in FOLDER.glob("*.py") for n in imported_names(path)}
     bad = {n for n in names if n.split(".")[0] not in allowed and not n.startswith(("gap.second_author", "gap.fourth"))}
     assert not bad and "gap.second_author.run" in names
     assert not {n for n in names if "third" in n or ".dev" in n or ".sealed" in n}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import csv
 import json
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imported_names import taken_names
 from scipy.spatial.transform import Rotation
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,16 +26,6 @@ from gap.second_author.sealed import FAMILY as SEALED  # noqa: E402
 ROBOTS = [make() for family in (DEV, SEALED) for make, _ in family.cells.values()]
 
 
-def _imports(path: Path) -> set[str]:
-    out = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            out |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            out |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return out
-
-
 def _makers() -> list[Path]:
     return [p for p in FOLDER.glob("*.py") if p.stem in MAKERS or p.stem.startswith(("dev", "sealed"))]
 
@@ -45,7 +35,7 @@ def test_makers_import_nothing_of_camrob_nor_of_the_first_generator() -> None:
     foreign = {
         f"{path.name}: {name}"
         for path in _makers()
-        for name in _imports(path)
+        for name in taken_names(path)
         if name.split(".")[0] not in allowed and not name.startswith("gap.second_author")
     }
     assert len(_makers()) >= 10 and not foreign
@@ -55,7 +45,7 @@ def test_dev_never_imports_sealed_nor_sealed_dev() -> None:
     for path in _makers():
         mine, other = ("dev", "sealed") if path.stem.startswith("dev") else ("sealed", "dev")
         if path.stem.startswith(mine):
-            assert not [n for n in _imports(path) if any(part.startswith(other) for part in n.split("."))], path.name
+            assert not [n for n in taken_names(path) if any(part.startswith(other) for part in n.split("."))], path.name
 
 
 def test_kr15_meets_the_poses_that_others_worked_out() -> None:

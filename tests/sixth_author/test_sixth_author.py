@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import csv
 import sys
 import tomllib
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imported_names import imported_names
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
@@ -26,19 +26,10 @@ from gap.sixth_author.world import Run, off_by, rms  # noqa: E402
 MACHINES = {m.__name__: m for m in (*cells.DEV, *cells.SEALED)}
 
 
-def _imports(path: Path) -> set[str]:
-    nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
-    out = {alias.name for n in nodes if isinstance(n, ast.Import) for alias in n.names}
-    for n in nodes:
-        if isinstance(n, ast.ImportFrom):
-            out |= {str(n.module), *(f"{n.module}.{alias.name}" for alias in n.names)}
-    return out
-
-
 def test_it_imports_nothing_of_what_it_judges_and_of_no_other_author() -> None:
     allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"}
     for path in FOLDER.glob("*.py"):
-        names = {n for n in _imports(path) if n.split(".")[0] not in allowed}
+        names = {n for n in imported_names(path) if n.split(".")[0] not in allowed}
         scorer = {"gap", "gap.score"} if path.stem == "figures" else set()
         assert all(n.startswith("gap.sixth_author") or n in scorer for n in names), (path, names)
 

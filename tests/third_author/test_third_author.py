@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from imported_names import taken_names
 from scipy.spatial.transform import Rotation
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -39,16 +39,6 @@ LOG = {
 }
 
 
-def _imports(path: Path) -> set[str]:
-    out = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            out |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            out |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return out
-
-
 def _ramp(robot, axis, speed, seconds=12.0, dt=0.004):
     """One axis at constant speed behind a gentle start (N,), the others at home."""
     t = np.arange(0.0, seconds, dt)
@@ -72,7 +62,7 @@ def _setting(run):
 def test_makers_import_numpy_scipy_and_plumbing_alone() -> None:
     allowed, bad = set(sys.stdlib_module_names) | {"numpy", "scipy"}, []
     for path in FOLDER.glob("*.py"):
-        for name in _imports(path):
+        for name in taken_names(path):
             own = name.startswith("gap.third_author")
             lent = any(name.startswith(f"gap.second_author.{p}") or name == f"gap.second_author.{p}" for p in PLUMBING)
             if not own and not lent and name.split(".")[0] not in allowed:

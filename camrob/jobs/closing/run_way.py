@@ -19,10 +19,8 @@ Array = NDArray[np.float64]
 _ASIDE = 1e-3  # weight of a way that is no line or arc
 # m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
 _FLOOR = 1e-6
-_NEAREST, _FARTHEST = (
-    0.15,
-    5.0,
-)  # rad from an arc's auxiliary point to its ends, and of the whole arc: others are taken as lines
+# rad from an arc's auxiliary point to its ends, and of the whole arc: others are taken as lines
+_NEAREST, _FARTHEST = 0.15, 5.0
 _PLACE = 3  # columns of a twist
 
 

@@ -133,10 +133,10 @@ class _InMesh:
         depth = np.full(len(points), np.inf)
         for d in range(3):
             u, v = rays.others(d)
-            edge, count, first = rays.edge[d], rays.count[d], rays.grid(d)
+            edge, count, first = rays.edge[d], rays.count[d], rays.grid(d)[:2]
             i, j = (
                 np.clip(np.rint((points[:, c] - at) / self.pitch), 0, n - 1).astype(np.int64)
-                for c, at, n in zip((u, v), first, count.shape, strict=False)
+                for c, at, n in zip((u, v), first, count.shape, strict=True)
             )
             used = np.arange(edge.shape[2] // 2) < count[i, j, None]
             along = points[:, d, None]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
 from camrob.checks.collisions import check_collisions
+from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.jobs.files.inputs import JobInputs
 from camrob.units import m_to_mm, rad_to_deg
@@ -38,6 +39,10 @@ class Kept(NamedTuple):
     def findings(self) -> tuple[Finding, ...]:
         """What a solution within them has to say."""
         return (Finding("kept-apart", self.text, Severity.INFO),) if self.text else ()
+
+    def named(self, error: JobError) -> JobError:
+        """The same error, met within them, with what they are kept to."""
+        return error.but(f"{error.what}; {self.text}") if self.text else error
 
 
 def kept_apart(inputs: JobInputs) -> Kept:

@@ -86,11 +86,15 @@ def resolve_job(
         def share(done: float, begin: int = where.start, size: int = where.stop - where.start) -> None:
             progress((begin + done * size) / total)
 
+        kept = kept_apart(here)
         try:
             own = None if seconds is None else seconds * (where.stop - where.start) / total
-            solution = _solved(here, resolve, share, device, sought, own, further)
+            found = _solved(replace(here, cell=kept.cell), resolve, share, device, sought, own, further)
         except JobError as e:
-            raise with_a_place(named_region(e, inputs), inputs, planned=resolve is not resolve_vjm) from None
+            raise with_a_place(
+                named_region(kept.named(e), inputs), inputs, planned=resolve is not resolve_vjm
+            ) from None
+        solution = replace(found, cell_digest=here.cell.digest, findings=(*found.findings, *kept.findings))
         path = here.path if solution.path is None else solution.path
         solution = free_routes(here, path, solution)
         position, axis = solution.residual(here.cell, path)
@@ -106,24 +110,6 @@ def resolve_job(
 
 
 def _solved(
-    inputs: JobInputs,
-    resolve: Callable[..., Solution],
-    progress: Share,
-    device: str,
-    sought: Sought | None,
-    seconds: float | None,
-    further: Mapping[str, float] | None,
-) -> Solution:
-    """The solution of one stretch, its external axes kept to where they bring no bodies together."""
-    kept = kept_apart(inputs)
-    try:
-        found = _solved_within(replace(inputs, cell=kept.cell), resolve, progress, device, sought, seconds, further)
-    except JobError as error:
-        raise error.but(f"{error.what}; {kept.text}") if kept.text else error from None
-    return replace(found, cell_digest=inputs.cell.digest, findings=(*found.findings, *kept.findings))
-
-
-def _solved_within(
     inputs: JobInputs,
     resolve: Callable[..., Solution],
     progress: Share,
