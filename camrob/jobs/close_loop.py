@@ -87,7 +87,8 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     start = time.perf_counter()
     asked, out = read_loop_job(job), Path(out)
     _force_for_all_turns(asked)
-    loop = _Loop(asked, out, cell_for("post", asked.cell), progress)
+    machine = cell_for("post", asked.cell)
+    loop = _Loop(asked, out, machine, _rehearsed(asked, machine), progress)
     loop.go()
     ledger = replace(loop.ledger(), seconds=round(time.perf_counter() - start, 3))
     with staged_output(out) as folder:
@@ -100,8 +101,10 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
 class _Loop:
     """A loop on its way: its turns so far, and how it stands."""
 
-    def __init__(self, job: LoopJob, out: Path, cell: Cell, progress: Progress | None) -> None:
-        self.job, self.out, self.cell, self.progress = job, out, cell, progress
+    def __init__(
+        self, job: LoopJob, out: Path, cell: Cell, rehearsed: DiagnosedMachine | None, progress: Progress | None
+    ) -> None:
+        self.job, self.out, self.cell, self.rehearsed, self.progress = job, out, cell, rehearsed, progress
         self.title = program_name(job.toolpath, None, language_of(cell))
         self.main = f"{self.title}{language_of(cell).suffixes[0]}"
         self.made_from = job.made_from()
@@ -200,9 +203,9 @@ class _Loop:
         found = [folder / f"{stem}{s}" for s in _SUFFIXES if (folder / f"{stem}{s}").is_file()]
         if len(found) > 1:
             raise InputError(f"{found[0].name} lies beside it", hint="leave one of the two there", path=found[1])
-        if not found and self.job.rehearsal is not None:
+        if not found and self.job.rehearsal is not None and self.rehearsed is not None:
             program = folder / (self.main if stem == _RUN else f"{stem}{language_of(self.cell).suffixes[0]}")
-            _rehearse(self.job.rehearsal, self.job, self.cell, program, folder / f"{stem}.csv", turn)
+            _rehearse(self.job.rehearsal, self.rehearsed, program, folder / f"{stem}.csv", turn)
             return folder / f"{stem}.csv"
         return found[0] if found else None
 
@@ -356,11 +359,21 @@ def _remaining_sets(said: DiagnosisSummary) -> str:
     return " or ".join(", ".join(a.effects) or "nothing" for a in said.alternatives[:2])
 
 
-def _rehearse(rehearsal: Rehearsal, job: LoopJob, cell: Cell, program: Path, file: Path, turn: int) -> None:
-    """Write the log of a program's run on the machine that JOB.toml has simulated, seen in `base` with noise."""
+def _rehearsed(job: LoopJob, cell: Cell) -> DiagnosedMachine | None:
+    """The machine that JOB.toml has simulated, None without one. Raises InputError for files of it that are missing or wrong,
+    before the first program is made.
+    """
+    rehearsal = job.rehearsal
+    if rehearsal is None:
+        return None
     constants = None if rehearsal.calibration is None else read_calibration(rehearsal.calibration, cell)
     units, rest = diagnosed(rehearsal.diagnosis, constants, job.cell, cell)
-    machine = DiagnosedMachine(cell, constants, units, rest, "rehearsal")
+    return DiagnosedMachine(cell, constants, units, rest, "rehearsal")
+
+
+def _rehearse(rehearsal: Rehearsal, machine: DiagnosedMachine, program: Path, file: Path, turn: int) -> None:
+    """Write the log of a program's run on the simulated machine, seen in `base` with noise."""
+    cell = machine.cell
     ran = machine.run(language_of_file(program).read(program, cell.controller_section))
     rows = slice(None, None, _EVERY)
     rng = np.random.default_rng([rehearsal.seed, turn, len(file.stem)])

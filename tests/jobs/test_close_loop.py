@@ -67,6 +67,9 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
         ("tolerence = 1", "tolerence: is not a key"),
         ('force = "FORCE.toml"', "FORCE.toml: can't be read"),
         ('force = "loop.toml"', "loop.toml: mean: is given with [milling], or both are missing"),
+        ('[machine]\ncalibration = "fitted.toml"', "fitted.toml: can't be read"),
+        ('[machine]\ndiagnosis = "found"', "diagnosis.json: is not a diagnosis"),
+        ("[machine]\nseed = 1", "nothing says what is wrong with the machine"),
     ],
 )
 def test_a_job_that_is_wrong_is_refused_by_its_key(job: Path, tmp_path: Path, line: str, message: str, capsys) -> None:
