@@ -56,6 +56,7 @@ class CellCheckSummary(Summary):
 
     The largest errors are None where there is no pose. assumed: the entries that nobody has measured or read, by their keys.
     bare: stretches of the arm that no body covers, a sentence each. home: bodies that touch at HOME, likewise.
+    length: what is wrong with the characteristic length, "" if nothing.
     """
 
     cell: str
@@ -69,6 +70,7 @@ class CellCheckSummary(Summary):
     assumed: tuple[str, ...]
     bare: tuple[str, ...] = ()
     home: tuple[str, ...] = ()
+    length: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

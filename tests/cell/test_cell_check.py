@@ -79,3 +79,23 @@ def test_a_cell_without_poses_is_held_by_nothing_and_a_broken_one_is_an_input_er
     assert run(["cell", "check", str(broken)]) == 2
     assert "poses.csv:2: pose 'home' has 'x' as x_mm" in capsys.readouterr().err
     assert run(["cell", "check", str(tmp_path / "none")]) == 2
+
+
+def test_a_length_of_another_arm_is_said_beside_the_one_that_suits(tmp_path, capsys) -> None:
+    """Scaling an arm scales its length: the KR15 at about twice its size (its plate stays) has about twice its 350.6 mm."""
+    cell = _copied(tmp_path)
+    assert _checked(cell, capsys, 0)["length"] == ""
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+
+    def doubled(row: re.Match[str]) -> str:
+        return re.sub(r"(a_mm|d_mm) = (-?[\d.]+)", lambda m: f"{m[1]} = {2.0 * float(m[2])}", row[0])
+
+    text = re.sub(r"(?m)^dh = .*$", doubled, text)
+    (cell / "cell.toml").write_text(text, encoding="utf-8")
+    (cell / "poses.csv").unlink()
+    said = _checked(cell, capsys, 1)["length"]
+    assert said.startswith("characteristic_length_mm = 350.6 of cell.toml is another arm's")
+    suits = re.search(r": ([\d.]+) suits this one", said)
+    assert suits and 600.0 < float(suits[1]) < 750.0
+    run(["cell", "check", str(cell)])
+    assert said[:60] in " ".join(capsys.readouterr().out.split())

@@ -90,13 +90,14 @@ def test_axes_askew_by_a_file_s_rounding_are_made_square_and_it_is_said(tmp_path
     turns = ["0 0 0", "1.5708 0 0", "0 0 0", "0 1.5708 0", "-1.5708 0 0", "1.5708 0 0"]
     joint = "".join(
         f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="{xyz}" rpy="{rpy}"/>'
-        '<axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="2" effort="9"/></joint>'
+        '<axis xyz="0 0 1"/><limit lower="-2.9671" upper="2.0944" velocity="1.5708" effort="9"/></joint>'
         for k, (xyz, rpy) in enumerate(zip(places, turns, strict=True))
     )
     link = "".join(f'<link name="l{k}"/>' for k in range(7))
     (tmp_path / "round.urdf").write_text(f'<robot name="round">{link}{joint}</robot>')
     made = cell_from_urdf(tmp_path / "round.urdf", post=True, out=tmp_path)
     text = (tmp_path / "round" / "cell.toml").read_text(encoding="utf-8")
+    assert text.count("range_deg = [-170, 120], speed_deg_s = 90, acceleration_deg_s2 = 270,") == 6
     lengths = [abs(float(v)) for v in re.findall(r"(?:a|d)_mm = (-?[\d.]+)", text)]
     assert max(lengths) < 1000.0
     assert {float(v) % 90.0 for v in re.findall(r"alpha_deg = (-?[\d.]+)", text)} == {0.0}

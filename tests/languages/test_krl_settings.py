@@ -171,8 +171,12 @@ FALSE = ("base_follows_table = true", "base_follows_table = false")
         ),
         ([("MACHINE_DEF[2]", "machine_def [ 4 ]")], "names MACHINE_DEF[4] where act_ex_ax is 2"),
         ([FALSE], "base_template writes a base that follows the table, and base_follows_table is false; take"),
+        (
+            [(EK + "\n", ""), FALSE],
+            "act_ex_ax is 2, which couples the base to that mechanism, and base_follows_table is",
+        ),
     ],
-    ids=range(10),
+    ids=range(11),
 )
 def test_a_base_of_another_mechanism_is_refused(tmp_path: Path, pairs: list[tuple[str, str]], said: str) -> None:
     with pytest.raises(CellError) as caught:
@@ -186,8 +190,8 @@ def test_a_base_of_another_mechanism_is_refused(tmp_path: Path, pairs: list[tupl
         [("act_ex_ax = 2\n", "")],
         [("MACHINE_DEF[2]", "MACHINE_DEF[3]"), ("act_ex_ax = 2", "act_ex_ax = 3")],
         [(EK, 'base_template = "ek ( EX_AX_DATA[1].ROOT, EX_AX_DATA[1].EX_KIN, {base} )"')],
-        [(EK + "\n", ""), FALSE],
-        [(EK, 'base_template = "{base}"'), FALSE],
+        [(EK + "\n", ""), ("act_ex_ax = 2\n", ""), FALSE],
+        [(EK, 'base_template = "{base}"'), ("act_ex_ax = 2", "act_ex_ax = 0"), FALSE],
     ],
     ids=range(5),
 )

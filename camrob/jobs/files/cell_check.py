@@ -7,14 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camrob.bodies.bare_links import bare_links
+from camrob.cell.cell import Cell
 from camrob.cell.poses import POSES_FILE, pose_errors
 from camrob.cell.read_cell import unchecked_cell
 from camrob.cell.toml_table import PROVENANCES
 from camrob.jobs.files.home import touches_at_home
+from camrob.kinematics.best_condition import best_condition
 from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["CellCheckResult", "cell_check"]
+
+_FAR = 4.0 / 3.0  # between a stated characteristic length and the arm's own: lengths rounded by hand stay below
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,5 +56,19 @@ def cell_check(cell: Path) -> CellCheckResult:
         assumed=tuple(key for key, kind in machine.provenance.items() if kind == "assumed"),
         bare=tuple(bare.text for bare in bare_links(machine)),
         home=touches_at_home(machine),
+        length=_other_length(machine),
     )
     return CellCheckResult(summary)
+
+
+def _other_length(cell: Cell) -> str:
+    """What is wrong with the characteristic length, as where it is another robot's, of a cell that 1/k_F decides in."""
+    if cell.resolve_section is None:
+        return ""
+    stated, own = (float(m_to_mm(v)) for v in (cell.condition_length, best_condition(cell).length))
+    if max(stated / own, own / stated) <= _FAR:
+        return ""
+    return (
+        f"characteristic_length_mm = {stated:.4g} of cell.toml is another arm's by the look of it: {own:.4g} suits this one, and "
+        "1/k_F is measured by it; correct it (camrob cell condition says it to the tenth of a millimetre)"
+    )

@@ -22,15 +22,15 @@ def cell_for(verb: str, path: str | Path) -> Cell:
     """The cell in a folder. Raises CellError for a cell that can't be read, or lacks a section that the verb needs."""
     cell = read_cell(path).checked_for(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
     if cell.controller_section is not None:
-        turns = cell.base_follows_table and bool(cell.indices(Role.WORKPIECE))
+        follows = cell.base_follows_table
+        if follows and not cell.indices(Role.WORKPIECE):
+            what = "kinematics.base_follows_table is true, and the cell has no table: no joint's role is workpiece"
+            hint = "set it to false, and take base_template, act_ex_ax or mechanical_unit away"
+            raise CellError(what, hint=hint, path=cell.folder / "cell.toml")
         try:
             home = cell.to_axis_values(cell.q_home).tolist()
-            language_named(cell.controller.language).settings(cell.controller, follows_table=turns, home=home)
+            language_named(cell.controller.language).settings(cell.controller, follows_table=follows, home=home)
         except CellError as e:
-            if cell.base_follows_table and not turns:
-                what = "kinematics.base_follows_table is true, and the cell has no table: no joint's role is workpiece"
-                hint = "set it to false, and take base_template or mechanical_unit away"
-                raise CellError(what, hint=hint, path=cell.folder / "cell.toml") from None
             raise CellError(f"controller: {e.what}", hint=e.hint, path=cell.folder / "cell.toml") from None
     return cell
 

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint
@@ -45,6 +45,7 @@ standing = "datasheet"
 _WIDE = 2.0 * np.pi, 2.0  # rad, m that an axis without limits goes either way
 _SPEED = deg_to_rad(100.0), 1.0  # rad/s, m/s of an axis that the URDF tells none of
 _QUICK = 3.0  # 1/s: its acceleration, in speeds
+_MEANT = 0.1  # hundredths by which a limit may lie below a round number and mean it
 _COMPARED = 500  # postures in which the rows are held to the file
 _DRAWN = 40_000  # postures among which HOME is looked for
 _FROM_LIMITS = 0.05  # of an axis's range that HOME keeps from its ends
@@ -163,10 +164,10 @@ def _joint(joint: Joint, row: DhRow, home: float) -> str:
         theta=_number(rad_to_deg(row.theta)),
         d=_number(m_to_mm(row.d)),
         home=f"{float(scale(home)):.1f}",
-        ends=_row(scale(np.clip([joint.q_lower, joint.q_upper], -wide, wide))),
-        speed=_number(scale(speed)),
-        rate=_number(scale(_QUICK * speed)),
-        jerk=_number(scale(10.0 * _QUICK * speed)),
+        ends=_row(_least(scale(np.clip([joint.q_lower, joint.q_upper], -wide, wide)))),
+        speed=_number(most := float(_least(scale(speed)))),
+        rate=_number(round(_QUICK * most, 1)),
+        jerk=_number(round(10.0 * _QUICK * most, 1)),
         limits="assumed" if joint.endless or not np.isfinite(joint.speed) else "datasheet",
     )
 
@@ -185,6 +186,13 @@ def _in_trade_units(T: Array) -> Array:
     """X, Y, Z, A, B, C in mm and degrees."""
     values = xyzabc_from_frame(T)
     return np.concatenate([m_to_mm(values[:3]), rad_to_deg(values[3:])])
+
+
+def _least(limit: ArrayLike) -> Array:
+    """Limits in trade units at a hundredth, towards 0: a URDF has 2.9671 for 170 degrees, whose further digits nobody meant."""
+    value = np.asarray(limit, np.float64)
+    rounded = np.sign(value) * np.floor(np.abs(value) * 100.0 + _MEANT) / 100.0
+    return np.where(rounded == 0.0, value, rounded)
 
 
 def _row(values: Array) -> str:

@@ -54,6 +54,9 @@ class KrlSettings:
                 raise CellError(
                     "base_template writes a base that follows the table, and base_follows_table is false", hint=hint
                 )
+            if self.act_ex_ax:
+                what = f"act_ex_ax is {self.act_ex_ax}, which couples the base to that mechanism, and base_follows_table is false"
+                raise CellError(what, hint="take act_ex_ax away, or set base_follows_table")
             return
         if not found:
             shown = repr(self.base_template) if self.base_template else "missing"

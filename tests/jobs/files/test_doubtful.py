@@ -100,8 +100,13 @@ def _without_table(folder: Path) -> Path:
 
 
 def test_a_base_that_follows_no_table_is_refused_for_that(tmp_path: Path) -> None:
+    cell = _without_table(tmp_path / "cell")
     with pytest.raises(CellError, match=r"base_follows_table is true, and the cell has no table.*set it to false"):
-        cell_for("post", _without_table(tmp_path / "cell"))
+        cell_for("post", cell)
+    text = (cell / "cell.toml").read_text(encoding="utf-8")
+    (cell / "cell.toml").write_text(re.sub(r"(?m)^(base_template|act_ex_ax).*\n", "", text), encoding="utf-8")
+    with pytest.raises(CellError, match=r"the cell has no table"):  # nor without what writes such a base
+        cell_for("post", cell)
 
 
 def test_limits_of_a_program_that_could_not_be_replayed_are_not_good(tmp_path: Path) -> None:
@@ -110,7 +115,9 @@ def test_limits_of_a_program_that_could_not_be_replayed_are_not_good(tmp_path: P
     cell = _without_table(tmp_path / "cell")
     text = (cell / "cell.toml").read_text(encoding="utf-8")
     still = re.sub(
-        r"(?m)^base_template.*\n", "", text.replace("base_follows_table = true", "base_follows_table = false")
+        r"(?m)^(base_template|act_ex_ax).*\n",
+        "",
+        text.replace("base_follows_table = true", "base_follows_table = false"),
     )
     still = still.replace(
         "base_to_first = [0, 0, 0, 0, 0, 0]", "base_to_first = [-803, 0, -305, 180, 0, 90]"
