@@ -86,11 +86,13 @@ def arc_to(
 ) -> None:
     """The arc from where the tool is to `end`, right-handed about `axis`, all in the part's frame.
 
-    Raises ToolpathError where there is no start, or where start and end don't lie on one circle.
+    In rapid where RAPID stands before it. Raises ToolpathError where there is no start, or where start and end don't lie on
+    one circle.
     """
     if m.position is None:
         raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
-    start, feed = m.position, m.cut_feed(line)
+    rapid, m.rapid = m.rapid, False
+    start, feed = m.position, 0.0 if rapid else m.cut_feed(line)
     r0, r1 = arc_radius(start, center, axis), arc_radius(end, center, axis)
     slack = max(mm_to_m(_MISFIT_MM), 1e-4 * r0)
     if abs(r0 - r1) > slack or (radius > 0.0 and abs(r0 - radius) > slack):
@@ -101,9 +103,9 @@ def arc_to(
         )
     rise = float((end - start) @ axis)
     points = sample_arc(start, end, center, axis, rise, turns, m.chord, m.angle)
-    m.begin_cut()
+    m.begin_curve(rapid)
     same = float(np.max(np.abs(tool - m.position_axis))) < 1e-9
-    if same and abs(rise) <= mm_to_m(_FLAT_MM) and turns == 0:
+    if not rapid and same and abs(rise) <= mm_to_m(_FLAT_MM) and turns == 0:
         lifted = center + axis * float((start - center) @ axis)
         m.builder.arc(points, lifted, axis, r0, arc_angle(start, end, center, axis), tool, feed, line)
     else:
@@ -116,7 +118,7 @@ def arc_to(
                 hint="output points between",
                 line=line,
             )
-        m.builder.points(points, tools / length, feed, Move.CUT, line)
+        m.builder.points(points, tools / length, feed, Move.RAPID if rapid else Move.CUT, line)
     m.position, m.position_axis, m.position_line = end, tool, line
 
 
@@ -183,6 +185,6 @@ class Nurbs:
             control = np.vstack([m.position, control])
         points = sample_spline(clamped_spline(control, np.array(self.knots)), m.chord, m.angle)
         feed = m.cut_feed(self.line)
-        m.begin_cut()
+        m.begin_curve(False)
         m.builder.points(points, m.position_axis, feed, Move.CUT, self.line)
         m.position, m.position_line = points[-1], self.line

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -101,9 +102,15 @@ def behind_or_next(fields: Mapping[str, float], loose: list[float], *words: str)
 
 
 def check_words(s: Statement) -> None:
-    """Refuse a cycle whose minor words ask for more than its name: tapping peck by peck, boring backwards or by hand."""
+    """Refuse a cycle whose minor words ask for more than its name: tapping peck by peck, boring backwards or by hand, a dwell
+    whose time isn't said.
+    """
+    if re.search(r"\bDWELL\s*(?:,\s*(?!REV\b)[A-Z]|$)", s.text, re.I):
+        raise ToolpathError(f"cycle {s.text.strip()[:60]}: DWELL names no time", hint="give it in seconds", line=s.line)
     words = {token for word in s.words for token in word.split()}
-    if words & {"BACK", "MANUAL"} or ("TAP" in words and words & {"DEEP", "BRKCHP", "STEP", "PECKING"}):
+    if words & {"BACK", "MANUAL", "NODRAG", "ORIENT"} or (
+        "TAP" in words and words & {"DEEP", "BRKCHP", "STEP", "PECKING"}
+    ):
         raise ToolpathError(
             f"cycle {s.text.strip()[:60]} is not known",
             hint="output its moves as GOTO from the CAM system",
@@ -178,6 +185,9 @@ def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.f
     out = max(clear, clear if cycle.retract is None else cycle.retract * unit)
     if cycle.began is not None:
         out = max(clear, float((cycle.began - hole) @ axis))
+    if out < 0.0:
+        hint = "output RTRCTO above the hole's point, or the moves as GOTO"
+        raise ToolpathError("a cycle goes across in rapid below its holes' points", hint=hint, line=cycle.line)
     feed = machine.cycle_feed(cycle, line)
     _approach(machine, hole, axis, out, line)
     _rapid(machine, hole + axis * clear, axis, line)

@@ -25,8 +25,8 @@ _UNIT_NAMES = {
     "FEET": "",
     "FT": "",
 }
-_PER_MINUTE = {"MMPM": "mm", "IPM": "inch", "PERMIN": "", "": ""}
-_PER_TURN = {"MMPR": "mm", "IPR": "inch", "PERREV": ""}
+_PER_MINUTE = {"MMPM": "mm", "IPM": "inch", "PERMIN": "", "UPM": "", "": ""}
+_PER_TURN = {"MMPR": "mm", "IPR": "inch", "PERREV": "", "UPR": ""}
 
 
 def unit_name(word: str, line: int = 0) -> str:
@@ -78,19 +78,19 @@ class FeedReader:
                 f"the file says {name}, read as {self.forced} because that was asked for", line
             )
 
-    def fedrat(self, statement: Statement) -> list[str]:
-        """Take in a FEDRAT; gives the minor words that mean nothing here.
+    def fedrat(self, statement: Statement) -> None:
+        """Take in a FEDRAT: a number, and its unit or none.
 
-        Raises ToolpathError for inverse time or a feed without a number.
+        Raises ToolpathError for anything else: inverse time, other units, a scale, several feeds.
         """
         numbers, words = statement.numbers, statement.words
-        if any(w.startswith("INV") or w in ("FRN", "RAPID") for w in words) or not numbers:
+        known = [w for w in words if w in _PER_MINUTE or w in _PER_TURN]
+        if len(numbers) != 1 or len(words) > 1 or known != words:
             raise ToolpathError(
-                f"FEDRAT/{statement.text.strip()} gives no feed in length per minute or per revolution",
-                hint="output the feed as MMPM, IPM, MMPR or IPR",
+                f"FEDRAT/{statement.text.strip()} is no feed in one of the units that are known",
+                hint="output one number, in MMPM, IPM, MMPR or IPR",
                 line=statement.line,
             )
-        known = [w for w in words if w in _PER_MINUTE or w in _PER_TURN]
         last = "" if self.modal is None else self.modal.word
         per_turn = last in _PER_TURN  # without a unit, a feed counts as the one before it
         if (
@@ -104,7 +104,6 @@ class FeedReader:
                 line=statement.line,
             )
         self.modal = Feed(numbers[0], known[0] if known else last if per_turn else "", statement.line)
-        return [w for w in words if w not in known]
 
     def speed(self, line: int, feed: Feed | None = None) -> float:
         """m/s of the given feed, or of the modal one, for a cut at `line`.

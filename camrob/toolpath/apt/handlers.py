@@ -25,6 +25,7 @@ from camrob.toolpath.apt.tools import (
     load,
     machin,
     partno,
+    rapid,
     retrct,
     stop,
     tldata,
@@ -61,7 +62,7 @@ class Interpreter:
         self.copies = Copies()
         self.ended = 0
         self.handlers: dict[str, Callable[[Statement], None]] = {
-            "$$": self._comment, "GOTO": self._goto, "RAPID": self._rapid, "FEDRAT": self._fedrat, "FROM": self._from,
+            "$$": self._comment, "GOTO": self._goto, "FEDRAT": self._fedrat, "FROM": self._from,
             "GOHOME": self._gohome, "GODLTA": self._godlta, "CYCLE": self._cycle, "CUTCOM": self._cutcom,
             "TLCOMP": self._cutcom, "TLAXIS": self._tlaxis, "ROTABL": self._rotabl, "TOOL PATH": self._tool_path,
             "END-OF-PATH": self._close, "OPFEATSTART": self._feature, "OPFEATEND": self._close, "SETUP": self._setup,
@@ -77,7 +78,7 @@ class Interpreter:
             "CAMERA": camera, "SPINDL": spindl, "COOLNT": coolnt, "DELAY": delay, "DWELL": delay, "LOAD": load,
             "LOADTL": load, "CUTTER": cutter, "TLDATA": tldata, "TOOLNO": toolno, "TURRET": turret, "UNLOAD": unload,
             "AUXFUN": auxfun, "TRACUT": tracut, "TRANS": trans, "STOP": stop, "OPSTOP": stop, "PARTNO": partno,
-            "TPRINT": tprint, "MACHIN": machin, "RETRCT": retrct, "RETRACT": retrct,
+            "TPRINT": tprint, "MACHIN": machin, "RETRCT": retrct, "RETRACT": retrct, "RAPID": rapid,
         }  # fmt: skip
         for word, verb in {**plain, **machine.dialect.words}.items():
             self.handlers[word] = lambda s, verb=verb: verb(self.m, s)  # type: ignore[misc]
@@ -189,12 +190,8 @@ class Interpreter:
             self.m.find("second-vector", "GOTO names a second vector, which is not used", s.line, Severity.INFO)
         self.m.goto(values[:6], s.line)
 
-    def _rapid(self, s: Statement) -> None:
-        self.m.rapid = True
-
     def _fedrat(self, s: Statement) -> None:
-        for word in self.m.feeds.fedrat(s):
-            self.m.find("feed-word", f"{word} in FEDRAT is not known and was skipped", s.line)
+        self.m.feeds.fedrat(s)
 
     def _settled(self, line: int) -> None:
         if self.m.settle is not None:
@@ -227,6 +224,8 @@ class Interpreter:
     def _godlta(self, s: Statement) -> None:
         m = self.m
         values = coordinates(s, (1, 3))
+        if m.cycle is not None:
+            raise ToolpathError("GODLTA in a drilling cycle", hint="output the holes as GOTO", line=s.line)
         self._settled(s.line)
         if m.position is None:
             raise ToolpathError("GODLTA has no point to start from", hint="put FROM or GOTO before it", line=s.line)
@@ -256,6 +255,8 @@ class Interpreter:
 
     def _nurbs(self, s: Statement) -> None:
         if s.word == "NURBS":
+            if self.m.rapid:
+                raise ToolpathError("a NURBS in rapid", hint="output it as GOTO, or with a feed", line=s.line)
             self.nurbs = Nurbs(s.line)
         elif self.nurbs is None:
             raise ToolpathError(f"{s.word}/ stands outside a NURBS", hint="output the path again", line=s.line)
@@ -369,7 +370,7 @@ class Interpreter:
 
     def _insert(self, s: Statement) -> None:
         text = s.text.strip()
-        if text.upper().startswith("STOP"):
+        if text.upper().split()[:1] == ["STOP"]:
             self.m.event(EventKind.STOP, 0.0, text, s.line)
         elif self.m.dialect.insert_names_tool and not text.startswith("Stock Size"):
             self.m.next_tool_name = text

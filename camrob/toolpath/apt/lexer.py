@@ -85,7 +85,7 @@ class Lexer:
     Raises ToolpathError for what is no text: empty, binary, or without line ends.
     """
 
-    __slots__ = ("_array", "_counts", "_encoding", "_lines", "_rapids", "_values", "data", "line", "pos")
+    __slots__ = ("_array", "_counts", "_encoding", "_lines", "_rapids", "_same_line", "_values", "data", "line", "pos")
 
     def __init__(self, data: bytes) -> None:
         if data.startswith(b"\xef\xbb\xbf"):
@@ -97,6 +97,7 @@ class Lexer:
         self.pos = 0
         self.line = 1
         self._encoding = _encoding(data)
+        self._same_line: list[Statement] = []  # behind a semicolon, and not given yet
         self._array = np.frombuffer(data, dtype=np.uint8)
         self._values = np.empty((ROWS, 6))
         self._counts = np.empty(ROWS, dtype=np.int8)
@@ -105,6 +106,8 @@ class Lexer:
 
     def gotos(self, rapid: bool) -> tuple[Rows | None, bool]:
         """A run of plain GOTO and RAPID statements from here, None when there is none; and the RAPID still open."""
+        if self._same_line:
+            return None, rapid
         n, self.pos, self.line, rapid = scan_gotos(
             self._array, self.pos, self.line, rapid, self._values, self._counts, self._rapids, self._lines
         )
@@ -114,6 +117,8 @@ class Lexer:
 
     def next(self) -> Statement | None:
         """The next statement, or None at the end of the file."""
+        if self._same_line:
+            return self._same_line.pop(0)
         while self.pos < len(self.data):
             line = self.line
             text = self._physical_line()
@@ -154,12 +159,11 @@ class Lexer:
                 break
             text = self._continued(line)
         joined = "".join(parts)
-        if verbatim is not None:
-            match = _TEXT_WORD.match(joined)
-            if match is not None:
-                return Statement(match[1].upper(), match[2].rstrip(), line)
-        word, slash, minor = joined.partition("/")
-        return Statement(" ".join(word.upper().split()), minor, line, bool(slash))
+        if verbatim is not None or ";" not in joined:
+            return _plain(joined, line)
+        first, *others = [_plain(piece, line) for piece in _pieces(joined)] or [_plain("", line)]
+        self._same_line = others
+        return first
 
     def _continued(self, line: int) -> str:
         """The next physical line that is no comment; refused where the file ends instead."""
@@ -182,6 +186,31 @@ class Lexer:
             if not more or len(parts) > _LONGEST_LINE:
                 return Statement("$$", "".join(parts).rstrip(), line)
             text = self._continued(line)
+
+
+def _plain(text: str, line: int) -> Statement:
+    """A statement without continuation and comment."""
+    verbatim = _TEXT_WORD.match(text)
+    if verbatim is not None:
+        return Statement(verbatim[1].upper(), verbatim[2].rstrip(), line)
+    word, slash, minor = text.partition("/")
+    return Statement(" ".join(word.upper().split()), minor, line, bool(slash))
+
+
+def _pieces(text: str) -> list[str]:
+    """The statements that semicolons part; those in quotes part nothing, nor do those of a free text."""
+    pieces = [""]
+    quoted = False
+    for n, c in enumerate(text):
+        quoted ^= c == "'"
+        if c == ";" and not quoted:
+            pieces.append("")
+            if _TEXT_WORD.match(text, n + 1):
+                pieces[-1] = text[n + 1 :]
+                break
+        else:
+            pieces[-1] += c
+    return [piece for piece in pieces if piece.strip()]
 
 
 def _cut(text: str, verbatim: bool) -> tuple[str, bool]:

@@ -12,7 +12,8 @@ __all__ = ["IGNORED", "Strangers", "is_off"]
 
 IGNORED = frozenset(
     "PAINT SEQNO PPFUN MOVE_ATTRIB BOX SWITCH REWIND SELECT INTOL OUTTOL TOLER MAXDPM AUTOPS WPLANE "
-    "REMARK LETTER OPFEATEND CLEARP AUTOPOS TOOLPATH_TYPE TOOLPATH NOPOST PRINT CLRSRF".split()
+    "REMARK LETTER OPFEATEND CLEARP AUTOPOS TOOLPATH_TYPE TOOLPATH NOPOST PRINT CLRSRF "
+    "DISPLY PLABEL LPRINT OVPLOT TLSPEC CHECK LINTOL MCHTOL LEADER TITLES IDENT PARTID".split()
 )
 _SOURCE_WORDS = re.compile(
     r"(TLLFT|TLRGT|GOLFT|GORGT|GOBACK|GOUP|GODOWN|GO|GOFWD|GOFWDA|MACRO|TERMAC|CALL|LOOPST|LOOPND|JUMPTO|DO|REFSYS|PSIS|IF *\(.*|"
@@ -40,6 +41,12 @@ _MOVING = {
     "INCREMENTAL": "makes steps of the points behind it",
     "TURN": "turns the part against the tool",
     "COUPLE": "couples the feed to the spindle",
+    "OPSKIP": "lets the machine's operator leave out what stands behind it",
+    "PITCH": "cuts a thread",
+    "OP": "is an operation of a lathe's",
+    "PLUNGE": "takes the tool back down to where it was",
+    "ZERO": "shifts the points behind it",
+    "RESET": "takes back what nobody here knows",
 }
 _MODES = frozenset(("SET", "MODE"))
 _MAY_BE_ZERO = frozenset(("ORIGIN", "ROTATE", "ROTHED", "ROTABL"))
@@ -61,6 +68,11 @@ class Strangers:
 
     def take(self, s: Statement) -> None:
         """A word without a handler. Raises ToolpathError where it may move something; counts it otherwise."""
+        if not s.word and not s.slash:
+            return
+        if not s.word:
+            hint = "delete the line, or the slash in front of it"
+            raise ToolpathError("a statement behind a slash, which may be left out", hint=hint, line=s.line)
         if "=" in s.word or _SOURCE_WORDS.fullmatch(s.word):
             raise source_refusal(s.line)
         if s.word in _MOVING:

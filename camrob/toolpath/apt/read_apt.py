@@ -27,9 +27,9 @@ __all__ = ["read_cl"]
 
 _HEAD = 65_536  # bytes in which a file gives itself away
 _LARGEST_M = 3.0  # a part of this size, or a cutter of a tenth of it, makes one ask for the units
-_UNITS = re.compile(rb"^[ \t]*UNITS?[ \t]*/", re.M | re.I)
-_LOADS = re.compile(rb"^[ \t]*(?:LOADTL[ \t]*/|LOAD[ \t]*/[ \t]*TOOL)", re.M | re.I)
-_FEED_UNIT = re.compile(rb"^[ \t]*(?:FEDRAT|CYCLE)[ \t]*/[^\n]*?\b(IPM|IPR|MMPM|MMPR)\b", re.M | re.I)
+_UNITS = re.compile(rb"(?:^|;)[ \t]*UNITS?[ \t]*/", re.M | re.I)
+_LOADS = re.compile(rb"(?:^|;)[ \t]*(?:LOADTL[ \t]*/|LOAD[ \t]*/[ \t]*TOOL)", re.M | re.I)
+_FEED_UNIT = re.compile(rb"(?:^|;)[ \t]*(?:FEDRAT|CYCLE)[ \t]*/[^\n]*?\b(IPM|IPR|MMPM|MMPR)\b", re.M | re.I)
 
 
 def read_cl(

@@ -14,28 +14,32 @@ __all__ = ["auxfun", "spindl"]
 
 _FOOT_MM = 304.8  # twelve inches
 _SENSES = {"CLW": "CLW", "CW": "CLW", "CCLW": "CCLW", "CCW": "CCLW"}
-_OFF = frozenset(("OFF", "NEUTRL", "LOCK", "ORIENT"))
+_OFF = frozenset(("OFF", "NOMORE", "STOP", "NEUTRL", "LOCK", "ORIENT"))
 _OWN_NUMBER = frozenset(("RANGE", "MAXRPM", "RADIUS", "GEAR", "ORIENT", "LOCK"))  # the number behind them is no speed
 _KNOWN = frozenset((*_SENSES, *_OFF, *_OWN_NUMBER, "RPM", "SFM", "SMM", "ON", "LOW", "MEDIUM", "HIGH", "AUTO"))
-_COOLANT = {7: "MIST", 8: "FLOOD"}
-_TURNING = {3: "CLW", 4: "CCLW"}
+_COOLANT = {7: "MIST", 8: "FLOOD", 13: "FLOOD", 14: "FLOOD"}
+_TURNING = {3: "CLW", 4: "CCLW", 13: "CLW", 14: "CCLW"}  # 13 and 14 with coolant
 
 
 def spindl(m: Machine, s: Statement) -> None:
     """SPINDL/OFF, or on: a speed that isn't stated is the last one, and so is the sense; surface speed needs a cutter.
 
-    Raises ToolpathError for a negative speed, several speeds, and a spindle that is switched on without any speed.
+    Raises ToolpathError for a word that isn't known, a negative speed, several speeds, and a spindle that is switched on
+    without any speed.
     """
     words = s.words
     for word in words:
         if word[0] in "+-.0123456789":
             raise ToolpathError(f"the spindle speed is {word[:20]!r}", hint="correct SPINDL", line=s.line)
         if word not in _KNOWN:
-            m.find("spindle-word", f"{word} in SPINDL is not known and was skipped", s.line)
+            hint = "output SPINDL with a speed in RPM, SFM or SMM, and CLW, CCLW or OFF"
+            raise ToolpathError(f"SPINDL/{s.text.strip()[:40]}: {word[:20]} is not known", hint=hint, line=s.line)
     if not _OFF.isdisjoint(words):
         m.spindle_off(s.line)
         return
     speeds, most = _speeds(s)
+    if words == ["MAXRPM"] and not speeds:
+        raise ToolpathError("SPINDL/MAXRPM without a speed", hint="output the speed with its limit", line=s.line)
     if len(speeds) > 1 or any(v < 0.0 for v in speeds):
         text = " and ".join(f"{v:g}" for v in speeds)
         raise ToolpathError(f"the spindle speed is {text}", hint="correct SPINDL", line=s.line)
@@ -92,13 +96,18 @@ def auxfun(m: Machine, s: Statement) -> None:
 
     Raises ToolpathError for those that change the tool, call a subprogram, mirror or end the program.
     """
-    code = s.numbers[0] if s.numbers else -1.0
+    if len(s.numbers) != 1 or s.words:
+        hint = "output one AUXFUN a code"
+        raise ToolpathError(f"AUXFUN/{s.text.strip()[:40]} is not one code", hint=hint, line=s.line)
+    code = s.numbers[0]
     if code in _TURNING:
         m.spindle_on(0.0, _TURNING[int(code)], s.line)
-    elif code == 5:
-        m.spindle_off(s.line)
-    elif code in _COOLANT:
+    if code in _COOLANT:
         m.event(EventKind.COOLANT_ON, 0.0, _COOLANT[int(code)], s.line)
+    if code in _TURNING or code in _COOLANT:
+        return
+    if code in (5, 19):  # 19 stops it at an angle
+        m.spindle_off(s.line)
     elif code == 9:
         m.event(EventKind.COOLANT_OFF, 0.0, "", s.line)
     elif code in (0, 1):

@@ -282,9 +282,9 @@ class Machine:
         self.builder.point(position, axis, feed, move, line)
         self.position, self.position_axis, self.position_line = position, axis, line
 
-    def begin_cut(self) -> None:
+    def begin_curve(self, rapid: bool) -> None:
         """Before the points of a curve are added to the builder by hand."""
-        self._begin(False)
+        self._begin(rapid)
 
     def goto(self, values: list[float], line: int) -> None:
         """One GOTO: 3 or 6 numbers as the file has them. Closes a waiting arc, drills a hole where a cycle is open."""
@@ -294,11 +294,12 @@ class Machine:
             self.set_axis(np.array(values[3:]), line)
         axis = self.tool_axis(line)
         point = self.to_part(np.array(values[:3]))
-        rapid, self.rapid = self.rapid, False
         if self.curve is not None:
             curve, self.curve = self.curve, None
             curve(point, axis, line)
-        elif self.cycle is not None:
+            return
+        rapid, self.rapid = self.rapid, False
+        if self.cycle is not None:
             expand_cycle(self, point, axis, line)
         else:
             still = self._stands_at(point, axis)

@@ -1,4 +1,4 @@
-"""Tools, coolant and dwell in CL text."""
+"""Tools, coolant, dwell, retracts and RAPID in CL text."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ __all__ = [
     "load",
     "machin",
     "partno",
+    "rapid",
     "retrct",
     "stop",
     "tldata",
@@ -55,6 +56,14 @@ def retrct(m: Machine, s: Statement) -> None:
     m.rapid = False
 
 
+def rapid(m: Machine, s: Statement) -> None:
+    """RAPID holds for the next motion. Raises ToolpathError where it says more than that."""
+    if not is_off(s) and s.args:
+        hint = "output RAPID alone, before each motion in rapid"
+        raise ToolpathError(f"RAPID/{s.text.strip()[:40]}: what it asks for is not known", hint=hint, line=s.line)
+    m.rapid = not is_off(s)
+
+
 def stop(m: Machine, s: Statement) -> None:
     """STOP, OPSTOP: the machine waits for its operator."""
     m.event(EventKind.STOP, 0.0, "" if s.word == "STOP" else s.word, s.line)
@@ -79,7 +88,8 @@ def toolname(m: Machine, name: str, line: int) -> None:
 def load(m: Machine, s: Statement) -> None:
     """LOAD/TOOL,n or LOADTL/n: a change, unless that tool is in the spindle already."""
     if s.word == "LOAD" and "TOOL" not in s.words:
-        return
+        hint = "say LOAD/TOOL,n for a tool, or delete the line where it means nothing"
+        raise ToolpathError(f"LOAD/{s.text.strip()[:40]} loads something else than a tool", hint=hint, line=s.line)
     if not s.numbers:
         raise ToolpathError(f"{s.word} names no tool number", hint="give the tool a number in the CAM", line=s.line)
     _change(m, s.numbers[0], s.line)
@@ -151,7 +161,7 @@ def _refuse_turning(s: Statement) -> None:
 
 def coolnt(m: Machine, s: Statement) -> None:
     """COOLNT/OFF, or on in some way."""
-    if "OFF" in s.words:
+    if is_off(s):
         m.event(EventKind.COOLANT_OFF, 0.0, "", s.line)
     else:
         m.event(EventKind.COOLANT_ON, 0.0, s.words[0] if s.words else "ON", s.line)
@@ -159,8 +169,10 @@ def coolnt(m: Machine, s: Statement) -> None:
 
 def delay(m: Machine, s: Statement) -> None:
     """DELAY/seconds, or DELAY/n,REV: n revolutions of the spindle. Some posts call it DWELL."""
-    if not s.numbers or not s.numbers[0] >= 0.0:
-        raise ToolpathError(f"{s.word} needs a time", hint="give it in seconds", line=s.line)
+    if len(s.numbers) != 1 or not s.numbers[0] >= 0.0 or not set(s.words) <= {"REV", "SEC"}:
+        raise ToolpathError(
+            f"{s.word}/{s.text.strip()[:40]} is no time in seconds or REV", hint="give it in seconds", line=s.line
+        )
     seconds = s.numbers[0]
     if "REV" in s.words:
         if not m.rpm > 0.0:

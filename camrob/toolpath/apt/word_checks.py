@@ -17,6 +17,21 @@ _FRAMES = re.compile(
     r"|\bA?(?:TRANS|ROT|MIRROR|SCALE) *(?:[XYZ] *[-+=\d]|RPL)",
     re.I,
 )
+# A text that is codes and nothing else, and those among them that move the tool or switch what camrob accounts for
+_BLOCK = re.compile(r"(?:[A-Z][-+]?(?:\d+\.?\d*|\.\d+)\s*)+", re.I)
+_ACTS = {
+    "moves the tool": r"G0*[0123](?![\d.])|[XYZABC][-+.\d]+",
+    "switches the spindle": r"M0*(?:3|4|5|13|14|19)(?!\d)|S[\d.]+",
+    "changes the tool": r"M0*6(?!\d)",
+    "calls a subprogram": r"M0*9[78](?!\d)|G6[56](?![\d.])",
+    "changes the feed": r"F[\d.]+|G9[35](?![\d.])",
+    "makes steps of the points behind it": r"G91(?![\d.])",
+    "offsets the path": r"G4[12](?![\d.])",
+}
+_OWN_AXES = re.compile(
+    r"G(?:0*4|28|30|53)(?![\d.])", re.I
+)  # X is a time, or the machine goes home, as camrob does by itself
+_MINOR = re.compile(r"RAPID|MMPM|IPM|MMPR|IPR|INCR|ABSOL|F[-+.\d]+")  # not a name of a part program's
 _NO_NUMBER = re.compile(r"[+-]?(NAN|INF|INFINITY)")
 
 
@@ -30,6 +45,9 @@ def coordinates(s: Statement, counts: tuple[int, ...]) -> list[float]:
         if isinstance(arg, str):
             if _NO_NUMBER.fullmatch(arg):
                 raise ToolpathError(f"{s.word} holds {arg}", hint="output the path again", line=s.line)
+            if _MINOR.fullmatch(arg):
+                hint = "output no more than the place and the tool axis"
+                raise ToolpathError(f"{s.word} holds {arg}, which is not read there", hint=hint, line=s.line)
             if re.match(r"[A-Z(]", arg):
                 raise source_refusal(s.line)
             raise ToolpathError(f"{s.word} holds {arg!r}, no number", hint="the line is damaged", line=s.line)
@@ -54,7 +72,9 @@ def all_numbers(s: Statement) -> None:
 
 
 def holds_codes(s: Statement) -> bool:
-    """Whether a text for the machine holds its codes. Raises ToolpathError for those that would move all points behind them."""
+    """Whether a text for the machine holds its codes. Raises ToolpathError for those that would move all points
+    behind them, and for a block of codes that moves the tool or switches spindle, tool or feed.
+    """
     found = _FRAMES.search(s.text)
     if found:
         raise ToolpathError(
@@ -62,6 +82,15 @@ def holds_codes(s: Statement) -> bool:
             hint="have the CAM system output the points as they are to be cut",
             line=s.line,
         )
+    text = re.sub(r"\([^)]*\)|^\s*N\d+", "", s.text).strip()
+    if _BLOCK.fullmatch(text) and not _OWN_AXES.search(text):
+        for what, pattern in _ACTS.items():
+            if act := re.search(pattern, text, re.I):
+                raise ToolpathError(
+                    f"{s.word} hands {act[0]!r} to the machine, which {what}, and is not done",
+                    hint="have the CAM system say it in APT words (GOTO, SPINDL, LOADTL, FEDRAT), or delete the line",
+                    line=s.line,
+                )
     return _CODES.search(s.text) is not None
 
 

@@ -20,7 +20,19 @@ from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
 from camrob.witness.cl.teller import Teller, unit
-from camrob.witness.cl.words import CANCELS, CURVE, DRIVE, ENDS, HIDING, NO_AXIS, NOTHING, ONCE, STRANGE, TO_MACHINE
+from camrob.witness.cl.words import (
+    ACTS,
+    CANCELS,
+    CURVE,
+    DRIVE,
+    ENDS,
+    HIDING,
+    NO_AXIS,
+    NOTHING,
+    ONCE,
+    STRANGE,
+    TO_MACHINE,
+)
 from camrob.witness.happenings import Kind, Way
 
 __all__ = ["AptReader"]
@@ -270,7 +282,9 @@ class AptReader(AptProcess):
         self._tell.move(here + step * self._place.scale, self._place.along(), way, s.line)
 
     def _set_rapid(self, s: Statement) -> None:
-        self._rapid = True
+        self._rapid = not CANCELS & set(s.words)
+        if s.fields and self._rapid:
+            self._tell.gap(s.line, f"RAPID/{s.rest.strip()[:40]}: not read", last=s.last)
 
     def _set_circle(self, s: Statement) -> None:
         values, fields = s.numbers, s.fields
@@ -357,6 +371,8 @@ class AptReader(AptProcess):
         """Text for the machine's operator and control; where it says STOP, the machine stops for him."""
         if s.rest.strip().upper().split()[:1] == ["STOP"]:
             self._tell.event(Kind.STOP, s.line)
+        if ACTS.fullmatch(s.rest):
+            self._tell.gap(s.line, f"{s.major}: codes of the machine's that move or switch", lost=False)
         if TO_MACHINE.search(s.rest):
             self._tell.hidden[s.major] = (s.line, f"{s.major}: a code of the machine's that moves the points behind it")
 
@@ -364,9 +380,6 @@ class AptReader(AptProcess):
         """SYN/'WORD','$$*WORD' makes a comment of a word (ICAM); the lexer takes what follows $$ away."""
         if found := re.fullmatch(r"\s*'([^']+)'\s*,\s*'", s.rest):
             self._silenced.add(found[1].upper())
-
-    def _auxfun(self, s: Statement) -> None:
-        self._tell.gap(s.line, f"{s.major}: a code of the machine's own", last=s.last, lost=False)
 
     def _hide(self, s: Statement) -> None:
         if CANCELS & set(s.words):

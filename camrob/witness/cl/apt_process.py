@@ -55,8 +55,10 @@ class AptProcess:
         values = [v for v in map(number, fields) if v is not None]
         words = set(fields)
         sense = next((said for w, said in _SENSES.items() if w in words), None)
-        strange = {"SFPM", "CSS"} & words
-        if {"OFF", "LOCK", "ORIENT", "NEUTRL"} & words or values == [0.0]:  # locked at an angle, it stands
+        strange = {"SFPM", "CSS", "INCR", "REVERSE"} & words
+        if {"OFF", "NOMORE", "STOP", "LOCK", "ORIENT", "NEUTRL"} & words or values == [
+            0.0
+        ]:  # locked at an angle, it stands
             self._tell.spindle_off(s.line)
         elif {"SFM", "SMM"} & words and len(values) == 1:
             self._tell.spindle(s.line, min(self._turns(values[0], "SFM" in words), most), sense)
@@ -75,7 +77,9 @@ class AptProcess:
 
     def _coolnt(self, s: Statement) -> None:
         words = s.words
-        self._tell.coolant(s.line, None if "OFF" in words else next((w for w in words if w != "ON"), ""))
+        self._tell.coolant(
+            s.line, None if {"OFF", "NOMORE"} & set(words) else next((w for w in words if w != "ON"), "")
+        )
 
     def _load(self, s: Statement) -> None:
         words = [w for w in s.words if w not in ("TOOL", "ADJUST", "MANUAL")]
@@ -115,7 +119,7 @@ class AptProcess:
 
     def _delay(self, s: Statement) -> None:
         values = s.numbers
-        seconds = values[0] if len(values) == 1 else float("nan")
+        seconds = values[0] if len(values) == 1 and set(s.words) <= {"REV", "SEC"} else float("nan")
         if "REV" in s.words:
             seconds = seconds * 60.0 / self._tell.rpm if self._tell.rpm else float("nan")
         if not seconds >= 0.0:
@@ -124,3 +128,20 @@ class AptProcess:
 
     def _stop(self, s: Statement) -> None:
         self._tell.event(Kind.STOP, s.line)
+
+    def _auxfun(self, s: Statement) -> None:
+        """M codes by hand: those of spindle, coolant and stops are what they are anywhere."""
+        code = s.numbers[0] if s.major == "AUXFUN" and len(s.numbers) == 1 and not s.words else math.nan
+        if code in (3, 4, 13, 14):
+            self._tell.spindle(s.line, None, "CLW" if code in (3, 13) else "CCLW")
+        if code in (7, 8, 13, 14):
+            self._tell.coolant(s.line, "MIST" if code == 7 else "FLOOD")
+        if code in (5, 19):
+            self._tell.spindle_off(s.line)
+        elif code == 9:
+            self._tell.coolant(s.line, None)
+        elif code in (0, 1):
+            self._tell.event(Kind.STOP, s.line)
+        if code in (0, 1, 3, 4, 5, 7, 8, 9, 13, 14, 19):
+            return
+        self._tell.gap(s.line, f"{s.major}: a code of the machine's own", last=s.last, lost=False)

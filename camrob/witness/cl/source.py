@@ -126,6 +126,7 @@ class Source:
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0  # index of the next line
+        self._behind: list[Statement] = []  # what semicolons part from the statement that was given
         self._starts, self._sums = _sums(text)
         self.lines = _Lines(text, self._starts)
         self._plain = (self._sums == _THREE) | (self._sums == _SIX)
@@ -134,11 +135,11 @@ class Source:
     @property
     def done(self) -> bool:
         """True behind the last line."""
-        return self.at >= len(self.lines)
+        return self.at >= len(self.lines) and not self._behind
 
     def run(self) -> Run | None:
         """The run of plain GOTO lines that begins here, or None where there is none worth the trouble."""
-        if not self._plain[self.at]:
+        if self._behind or not self._plain[self.at]:
             return None
         stop = int(self._breaks[np.searchsorted(self._breaks, self.at)])
         if stop - self.at < 8:
@@ -163,6 +164,8 @@ class Source:
 
     def statement(self) -> Statement | None:
         """The next statement or comment; None for an empty line. Raises ToolpathError at a definition of an APT program."""
+        if self._behind:
+            return self._behind.pop(0)
         first = self.at
         line = self.lines[self.at]
         self.at += 1
@@ -181,6 +184,16 @@ class Source:
         text = self._joined(line, free=free is not None)
         if free:
             return Statement(free[1].upper(), text[free.end() :].lstrip(" /"), first + 1, self.at)
+        text, *behind = text.split(";") if "'" not in text else [text]
+        while behind:
+            piece = behind.pop(0)
+            if free := _FREE.match(piece):
+                rest = ";".join([piece[free.end() :].lstrip(" /"), *behind])
+                self._behind.append(Statement(free[1].upper(), rest, first + 1, self.at))
+                break
+            if piece.strip():
+                major, _, rest = piece.partition("/")
+                self._behind.append(Statement(" ".join(major.upper().split()), rest, first + 1, self.at))
         if _DEFINITION.match(text):
             raise ToolpathError(
                 "a definition: this is an APT part program, not CL data",

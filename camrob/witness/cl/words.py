@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["CANCELS", "CURVE", "DRIVE", "ENDS", "HIDING", "NOTHING", "NO_AXIS", "ONCE", "STRANGE", "TO_MACHINE"]
+__all__ = ["ACTS", "CANCELS", "CURVE", "DRIVE", "ENDS", "HIDING", "NOTHING", "NO_AXIS", "ONCE", "STRANGE", "TO_MACHINE"]
 
 NO_AXIS = "a tool axis whose length is not 1"
 STRANGE = "not known, and its numbers may mean motion"
 
 NOTHING = frozenset(
     """PAINT PPRINT PARTNO REMARK INSERT TPRINT LETTER MACHIN SEQNO PPFUN MOVE_ATTRIB OPFEATEND BOX SETUP SWITCH REWIND
-    RECIPE FEEDOVER CUTTER TLDATA TOOLNO SELECT INTOL OUTTOL TOLER AUTOPS AUTOPOS MULTAX CLPRNT NOPOST PRINT DISPLY PLOT OPSKIP
+    RECIPE FEEDOVER CUTTER TLDATA TOOLNO SELECT INTOL OUTTOL TOLER AUTOPS AUTOPOS MULTAX CLPRNT NOPOST PRINT DISPLY PLOT
     LEADER CLEARP CLRSRF MAXDPM WPLANE MCHTOL LINTOL ARCSLP CHECK VERIFY HEAD TMARK TITLES IDENT PARTID TOOLPATH TOOLPATH_TYPE
-    """.split()
+    PLABEL TLSPEC LPRINT OVPLOT""".split()
 )
-HIDING = "INCR INCREMENTAL MIRROR ROTATE SCALE REFSYS LOOPST MACRO DNTCUT".split()  # motions, till they are cancelled
+HIDING = (
+    "OPSKIP INCR INCREMENTAL MIRROR ROTATE SCALE REFSYS LOOPST MACRO DNTCUT".split()
+)  # motions, till they are cancelled
 ENDS = {"LOOPND": "LOOPST", "TERMAC": "MACRO", "CUT": "DNTCUT"}
 CANCELS = {"OFF", "NOMORE", "NONE"}
 CURVE = ("NURBS", "KNOT", "CNTRL")
@@ -28,3 +30,10 @@ TO_MACHINE = re.compile(
     re.I,
 )
 """Codes of a machine's that shift, turn, mirror or scale all points behind them."""
+
+ACTS = re.compile(
+    r"\s*(?:N\d+\s*)?(?!.*G(?:0*4|28|30|53)(?:\D|$))(?=.*(?:[XYZABCSF]\s*[-+.\d]|G0*[0123](?:\D|$)|G(?:41|42|65|66|91|93|95)(?:\D|$)"
+    r"|M0*(?:3|4|5|6|13|14|19|97|98)(?:\D|$)))(?:[A-Z]\s*[-+]?[\d.]+\s*|\([^)]*\)\s*)+",
+    re.I,
+)
+"""A block of codes that move the tool, or switch its spindle, tool or feed."""

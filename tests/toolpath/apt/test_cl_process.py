@@ -391,7 +391,7 @@ def test_words_that_say_that_they_change_nothing(words: str) -> None:
 
 
 def test_codes_in_insert_are_said() -> None:
-    assert codes(read(HEAD + DOWN + "INSERT/G0 Z100\n")) == [("insert-text", 7, 1)]
+    assert codes(read(HEAD + DOWN + "INSERT/G28 Z0\n")) == [("insert-text", 7, 1)]
     assert codes(read(HEAD + DOWN + "INSERT/check the clamp\n")) == []
 
 

@@ -30,6 +30,6 @@ def test_a_dwell_is_read_alike_by_both(tmp_path: Path, word: str, seconds: float
 
 def test_a_dwell_without_a_time_is_refused_by_its_name(tmp_path: Path) -> None:
     (tmp_path / "a.apt").write_text(FILE.format("DWELL/OFF"))
-    with pytest.raises(ToolpathError, match="DWELL needs a time"):
+    with pytest.raises(ToolpathError, match="DWELL/OFF is no time"):
         read_toolpath(tmp_path / "a.apt")
     assert read_story(tmp_path / "a.apt").gaps
