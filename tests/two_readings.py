@@ -108,6 +108,11 @@ def differences(toolpath: Toolpath, story: Story) -> list[str]:
     pieces = list(_pieces(story))
     known = np.vstack([story.path.tip, *(stand.tip for stand in story.stands)])
     chord = toolpath.chord_tolerance + 2.0 * PLACE
+    round_rapids = [
+        Piece(story, [i], story.path.tip[i - 1])
+        for i in np.flatnonzero((story.way == Way.RAPID) & (story.path.angle > 0.0)).tolist()
+        if i
+    ]
     done, chunk, said = 0, list[Array](), list[Said]()
     here: tuple[Array, Array] | None = None
     for act in _acts(toolpath):
@@ -127,6 +132,7 @@ def differences(toolpath: Toolpath, story: Story) -> list[str]:
                 not story.pecks
                 and float(np.abs(known - act.tip).max(axis=1).min()) > PLACE
                 and not _turned(before, place)
+                and not any(arc.off(act.tip) <= chord for arc in round_rapids)
             ):
                 return [f"line {act.line}: a rapid that the witness doesn't know, to {act.tip * 1e3} mm"]
             continue

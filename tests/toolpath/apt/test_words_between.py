@@ -63,7 +63,7 @@ def test_what_is_switched_off_is_not_switched_on(off: str, tmp_path: Path) -> No
 
 
 def test_an_arc_behind_rapid_is_a_rapid_and_what_follows_is_none(tmp_path: Path) -> None:
-    path = read(tmp_path, "RAPID\nCIRCLE/10,0,-1,0,0,-1,10")
+    path = both(tmp_path, "RAPID\nCIRCLE/10,0,-1,0,0,-1,10")
     first, *_, last = moves(path)[3:-2]
     assert {first[0], last[0]} == {"R"}
     assert last == ("R", 20, 0, -1)
@@ -73,7 +73,7 @@ def test_an_arc_behind_rapid_is_a_rapid_and_what_follows_is_none(tmp_path: Path)
 
 
 def test_catias_arc_behind_rapid_does_not_leave_it_to_the_next_cut(tmp_path: Path) -> None:
-    path = read(tmp_path, "RAPID\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,-1,5),ON,(LINE/5,0,-1,10,0,-1)\nGOTO/15,0,-1")
+    path = both(tmp_path, "RAPID\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,-1,5),ON,(LINE/5,0,-1,10,0,-1)\nGOTO/15,0,-1")
     assert moves(path)[-4] == ("C", 15, 0, -1)
 
 
