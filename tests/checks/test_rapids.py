@@ -98,6 +98,20 @@ def test_above_the_lower_step_of_a_meshed_stock_there_is_air(tmp_path: Path) -> 
         assert ("rapid-in-stock" in [f.code for f in found]) is alarm
 
 
+@pytest.mark.parametrize("case", ["across at depth", "down at the feed, out in rapid", "beside the stock"])
+def test_of_a_mesh_with_a_hole_it_is_said_that_rapids_are_not_judged(tmp_path: Path, case: str) -> None:
+    """Unless no rapid comes into its box."""
+    file = tmp_path / "part.apt"
+    file.write_text(HEAD + CASES[case][0] + END)
+    block = trimesh.creation.box(bounds=1e3 * BOX)
+    top = np.all(np.isclose(block.triangles[:, :, 2], 0.0), axis=1)
+    block.update_faces(~top)
+    (tmp_path / "stock.stl").write_bytes(block.export(file_type="stl"))
+    (tmp_path / "setup.toml").write_text('part_in_base = [0, 0, 198, 0, 0, 0]\n[stock]\nmesh = "stock.stl"\n')
+    said = [f.code for f in read_inputs(file, cell_for("post", KR15), None).urgent if f.code.startswith("rapid")]
+    assert said == ([] if case == "beside the stock" else ["rapids-not-judged"])
+
+
 def test_it_is_said_first_and_the_program_is_the_files(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.apt", HEAD + CASES["across at depth"][0] + END, setup=SETUP)
     assert made.summary.warnings[0].code == "rapid-in-stock" and made.summary.warnings[0].line == 9

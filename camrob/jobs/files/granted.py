@@ -111,7 +111,14 @@ def _rapids(setup: Setup, toolpath: Toolpath, stock: Array) -> Finding | None:
         return None
     meshed = setup.stock is not None and setup.stock.mesh is not None
     depth = _InMesh(stock, box) if meshed else None
-    return rapids_in_stock(toolpath.regions, box, max(widths, default=0.0), depth)
+    found = rapids_in_stock(toolpath.regions, box, max(widths, default=0.0), depth)
+    if depth is not None and depth.unbounded:
+        text = (
+            "the file moves in rapid where the stock may be, and its mesh isn't closed, so that nobody can tell whether there is "
+            "material: close the mesh of [stock] in setup.toml, or give a box_mm"
+        )
+        return Finding("rapids-not-judged", text)
+    return found
 
 
 class _InMesh:
@@ -121,6 +128,7 @@ class _InMesh:
         self.triangles = triangles
         self.pitch = max(float((box[1] - box[0]).max()) / _RAYS, _FINEST)
         self.rays: Dexels | None = None
+        self.unbounded = False  # whether points were asked for, and the mesh bounds no body
 
     def __call__(self, points: Array) -> Array:
         """(N,) m; not above 0 outside, within a ray's pitch of the surface, and where the mesh bounds no body."""
@@ -129,6 +137,7 @@ class _InMesh:
         try:
             rays = self.rays = self.rays or of_mesh(self.triangles, self.pitch)
         except InputError:
+            self.unbounded = True
             return np.zeros(len(points))
         depth = np.full(len(points), np.inf)
         for d in range(3):
