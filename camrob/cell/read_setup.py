@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,12 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of, read_toml
-from camrob.cell.setup import Body, Setup, ToolSetup
+from camrob.cell.setup import Body, Clamping, Setup, ToolSetup
 from camrob.cell.toml_table import TableReader
 from camrob.errors import SetupError
 from camrob.units import INCH_MM, m_to_mm, mm_min_to_m_s, mm_to_m
 
-__all__ = ["read_setup"]
+__all__ = ["read_clampings", "read_setup"]
 
 Array = NDArray[np.float64]
 
@@ -26,18 +27,20 @@ SLOWEST_MM_MIN = 0.06  # the least that six decimals of `$VEL.CP` can print
 HEAVIEST_KG = 1000.0  # no arm that mills carries more
 FARTHEST_MASS_MM = 5000.0  # nor farther off its flange
 FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
+LAST_LINE = 10**9  # no CL file has more lines
 WIDEST_MM = 2000.0  # of a holder: no spindle's is wider or longer
 _ROUNDING = 1e-3  # of a ball's radius, given to a few digits
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off")
 _MESH_UNITS = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
 
 
-def read_setup(path: str | Path | None, cell: Cell) -> Setup:
+def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None) -> Setup:
     """The set-up in a file: where the part lies, the tools, and what is to be taken where the CL file is silent.
 
     Args:
         path: the .toml; None for the part's frame at `base` and the cell's own tool.
         cell: the cell that it is for.
+        clamping: of a part that is worked from several sides, the [[clamping]] that the set-up is asked for.
 
     Returns:
         The set-up, in SI.
@@ -53,11 +56,19 @@ def read_setup(path: str | Path | None, cell: Cell) -> Setup:
     """
     own_tool = ToolSetup(None, "", cell.flange_T_tool)
     if path is None:
+        if clamping is not None:
+            raise SetupError(f"no set-up says what clamping {clamping!r} is", hint="name the set-up, by --setup")
         return Setup(None, np.eye(4), (own_tool,))
     path = Path(path)
     data = read_toml(path, SetupError)
     table = TableReader(data, path, error=SetupError)
     part_in_base = _frame(table, "part_in_base")
+    clampings = _clampings(table)
+    held = _held(clampings, clamping, path)
+    if held is not None:
+        if part_in_base is not None:
+            raise table.fail("part_in_base", "stands beside [[clamping]]", "give each clamping its own, and no other")
+        part_in_base = np.asarray(held.base_T_part)
     setup = Setup(
         path=path,
         base_T_part=np.eye(4) if part_in_base is None else part_in_base,
@@ -74,9 +85,58 @@ def read_setup(path: str | Path | None, cell: Cell) -> Setup:
         tolerance=_number(table, "tolerance_mm", 1e-3, 10.0, mm_to_m),
         part=_body(table, "part"),
         stock=_body(table, "stock"),
+        clampings=clampings,
+        clamping="" if held is None else held.name,
     )
     table.finish()
     return setup
+
+
+def read_clampings(path: Path | None) -> tuple[str, ...]:
+    """The names of the [[clamping]]s of a set-up's file, in its order. Raises SetupError."""
+    if path is None:
+        return ()
+    return tuple(held.name for held in _clampings(TableReader(read_toml(path, SetupError), path, error=SetupError)))
+
+
+def _held(clampings: tuple[Clamping, ...], name: str | None, path: Path) -> Clamping | None:
+    """The clamping that is asked for. Raises SetupError where there are some and none is named, or there is no such one."""
+    known = ", ".join(held.name for held in clampings)
+    if name is None:
+        if clampings:
+            what = f"the part is worked in {len(clampings)} clampings and none is named"
+            raise SetupError(
+                what, hint=f"name one of {known} where --clamping can be, or give a set-up of it alone", path=path
+            )
+        return None
+    found = next((held for held in clampings if held.name == name), None)
+    if found is None:
+        raise SetupError(f"has no clamping {name[:40]!r}", hint=f"there are: {known or 'none'}", path=path)
+    return found
+
+
+def _clampings(parent: TableReader) -> tuple[Clamping, ...]:
+    """All [[clamping]]s: their lines may not meet."""
+    found: list[Clamping] = []
+    for table in parent.tables("clamping"):
+        name = table.text("name")
+        if not re.fullmatch(r"[A-Za-z0-9]{1,8}", name):
+            raise table.fail("name", f"is {name[:40]!r}", "give 1 to 8 letters and digits: it ends the program's name")
+        if any(name.casefold() == other.name.casefold() for other in found):
+            raise table.fail("name", f"{name!r} appears twice", "give every clamping a name of its own")
+        lines = table.vector("lines", 2)
+        if np.any(lines != np.round(lines)) or not 1 <= lines[0] <= lines[1] <= LAST_LINE:
+            raise table.fail("lines", "are no lines of a file", "give the first and the last one: [1, 340]")
+        frame = _frame(table, "part_in_base")
+        if frame is None:
+            raise table.fail("part_in_base", "is missing", "give [X, Y, Z, A, B, C] of the part as it lies then")
+        table.finish()
+        found.append(Clamping(name, frame, int(lines[0]), int(lines[1])))
+    for before, after in pairwise(sorted(found, key=lambda held: held.first)):
+        if after.first <= before.last:
+            what = f"lines {after.first}-{min(before.last, after.last)} lie in two, {before.name} and {after.name}"
+            raise parent.fail("clamping", what, "give every line to one")
+    return tuple(found)
 
 
 def _number(table: TableReader, key: str, lower: float, upper: float, to_si: Callable[[float], float]) -> float | None:

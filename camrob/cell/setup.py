@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.errors import SetupError
 from camrob.frozen import digest, locked
 
-__all__ = ["Body", "Setup", "ToolSetup"]
+__all__ = ["Body", "Clamping", "Setup", "ToolSetup"]
 
 Array = NDArray[np.float64]
 
@@ -60,6 +60,22 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
+class Clamping:
+    """One of the ways in which a part lies while it is worked from several sides.
+
+    base_T_part: (4, 4), as it lies then. first, last: of the CL file's lines, what is done in it.
+    """
+
+    name: str
+    base_T_part: Array
+    first: int
+    last: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base_T_part", locked(self.base_T_part, shape=(4, 4), name="base_T_part"))
+
+
+@dataclass(frozen=True, slots=True)
 class Setup:
     """What setup.toml says, in SI; a value that it leaves out is None or empty, and then the job's own default holds.
 
@@ -69,7 +85,8 @@ class Setup:
     before its first cut, or without a speed (0: none). clearance: m, how far void motions lift the tool along its axis.
     chord_tolerance: m, for arcs and curves that become points. wear: paths with cutter radius compensation are the tool centre's.
     decimate: m, points nearer than this to their neighbours' chord are left out (0: none). tolerance: m, that the machine's
-    speed may carry the tool off across its way. part, stock: bodies for collision checks.
+    speed may carry the tool off across its way. part, stock: bodies for collision checks. clampings: of a part that is worked
+    from several sides, by the CL file's lines; clamping: the name of that which `base_T_part` is of.
 
     Keys of the file (none is needed), lengths in mm and angles in degrees:
 
@@ -90,6 +107,8 @@ class Setup:
         [part]                         likewise [stock]: in the CL data's frame
         mesh = "part.stl"              a file beside setup.toml, with unit = "mm" (the default), "inch" or "m"
         box_mm = [X0, Y0, Z0, X1, Y1, Z1]        or a box by its two corners
+        [[clamping]]                   instead of part_in_base, for each side from which the part is worked: a program each
+        name = "top"                   lines = [1, 340]         part_in_base = [X, Y, Z, A, B, C]
     """
 
     path: Path | None
@@ -107,6 +126,8 @@ class Setup:
     wear: bool = False
     part: Body | None = None
     stock: Body | None = None
+    clampings: tuple[Clamping, ...] = ()
+    clamping: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "base_T_part", locked(self.base_T_part, shape=(4, 4), name="base_T_part"))
@@ -122,6 +143,11 @@ class Setup:
         known = ", ".join(str(t.number) for t in self.tools)
         what = f"tool {number} is not set up" if number else "the CL file names no tool and several are set up"
         raise SetupError(what, hint=f"add it as [[tool]]; there are: {known}", path=self.path)
+
+    @property
+    def spans(self) -> dict[str, tuple[int, int]]:
+        """First and last of the CL file's lines by the clamping in which they are done."""
+        return {clamping.name: (clamping.first, clamping.last) for clamping in self.clampings}
 
     @property
     def numbers(self) -> dict[str, int]:

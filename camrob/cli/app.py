@@ -138,6 +138,10 @@ def verify(
         int,
         typer.Option("--begin", metavar="LINE", help="The CL line from which on: of a program for the rest of a job."),
     ] = 0,
+    clamping: Annotated[
+        str | None,
+        typer.Option("--clamping", metavar="NAME", help="The set-up's [[clamping]] that the program is for."),
+    ] = None,
     no_collisions: Annotated[bool, typer.Option("--no-collisions", help="Leave collisions out.")] = False,
     no_manifest: Annotated[
         bool,
@@ -161,6 +165,7 @@ def verify(
             against=against,
             setup=setup,
             begin=begin,
+            clamping=clamping,
             collisions=not no_collisions,
             manifest=not no_manifest,
             out=out,

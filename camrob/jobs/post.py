@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,19 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.cell.read_setup import read_clampings
 from camrob.errors import CollisionError, InputError, JobError, VerificationError
 from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.home import demand_free_home
-from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs
+from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.attempt import Made, Order, fit
 from camrob.jobs.release.opinion import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.refusal import as_planned, past_limit
 from camrob.jobs.release.saved import save_path, save_summary
+from camrob.jobs.release.second_side import asking_for_clampings
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
 from camrob.jobs.solving.device import check_device
@@ -36,7 +39,7 @@ from camrob.progress import Progress
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
-from camrob.summaries.post_summary import PostSummary
+from camrob.summaries.post_summary import ClampingFigures, PostSummary
 from camrob.toolpath.rest import beginnings
 
 __all__ = ["FEEDS", "PostResult", "post"]
@@ -51,7 +54,10 @@ _ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are t
 
 @dataclass(frozen=True, slots=True)
 class PostResult:
-    """What a post made: `files` in `out`, the JSON summary, all findings, and the data behind them."""
+    """What a post made: `files` in `out`, the JSON summary, all findings, and the data behind them.
+
+    others: the further programs of a part that is worked from several sides.
+    """
 
     summary: PostSummary
     findings: tuple[Finding, ...]
@@ -60,6 +66,7 @@ class PostResult:
     path: ToolPathInBase
     solution: Solution
     program: Program
+    others: tuple[PostResult, ...] = ()
 
 
 @takes_paths
@@ -88,6 +95,7 @@ def post(
 ) -> PostResult:
     """Post a CL file for a cell: the program, .json, .path.npz and .html appear in `out`, all or none.
 
+    A part that its set-up has worked in several clampings ([[clamping]]) gets a program for each: NAME_CLAMPING, all or none.
     The program is read back from its text and replayed before it is released: every CL point met in order within 0.01 mm and
     0.01 degrees, within limits, away from singular postures and collisions.
 
@@ -126,42 +134,96 @@ def post(
         >>> result.files, result.summary.points
         (('engraving.src', 'engraving.dat', 'engraving.json', 'engraving.path.npz'), 899)
     """
-    clfile, out, watch = Path(clfile), Path(out), Watch(progress)
+    clfile, out = Path(clfile), Path(out)
     _check_choices(method, feed, device, seconds, prove)
+    asked = _Asked(clfile, cell, setup, name, method, feed, max_lines, dialect, units, device, seconds, prove, report)
+    known = Sought(cell, calibration, diagnosis, force, then_compensated)
+    with ExitStack() as staged:
+        made = [
+            _posted(asked, clamping, known, for_accuracy, staged, out, Watch(progress))
+            for clamping in read_clampings(setup_of(clfile, setup)) or (None,)
+        ]
+    return replace(made[0], others=tuple(made[1:]))
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What `post` was called with."""
+
+    clfile: Path
+    cell: Path
+    setup: Path | None
+    name: str | None
+    method: str
+    feed: str
+    max_lines: int | None
+    dialect: str | None
+    units: str | None
+    device: str
+    seconds: float | None
+    prove: float | None
+    report: bool
+
+
+def _posted(
+    asked: _Asked, clamping: str | None, known: Sought, for_accuracy: bool, staged: ExitStack, out: Path, watch: Watch
+) -> PostResult:
+    """One program, of all the file or of what it does in one clamping; it appears in `out` when `staged` is closed."""
+    clfile, cell, method = asked.clfile, asked.cell, asked.method
     with watch.stage("read"):
         machine = cell_for("post", cell)
-        title = program_name(clfile, name, language_of(machine))
-        inputs = read_inputs(clfile, machine, setup, dialect=dialect, units=units, progress=watch.share)
+        plain = program_name(clfile, asked.name, language_of(machine))
+        title = plain if clamping is None else _clamping_name(plain, clamping, language_of(machine))
+        inputs = read_inputs(
+            clfile,
+            machine,
+            asked.setup,
+            dialect=asked.dialect,
+            units=asked.units,
+            clamping=clamping,
+            progress=watch.share,
+        )
         process = plan_process(inputs.toolpath.regions, inputs.cell)
-        known = Sought(cell, calibration, diagnosis, force, then_compensated)
         slowed = inputs.setup.tolerance is not None
         sought = check_sought(known, machine, asked=for_accuracy, planned=method == "planned", tolerance=slowed)
-    with staged_output(out, name=title) as folder:
-        order = Order(
-            title, method, feed, max_lines, device, process, clfile, Path(cell), dialect, units, sought, seconds,
-            known if slowed else None,
-        )  # fmt: skip
+    folder = staged.enter_context(staged_output(out, name=title))
+    order = Order(
+        title, method, asked.feed, asked.max_lines, asked.device, process, clfile, Path(cell), asked.dialect, asked.units, sought,
+        asked.seconds, known if slowed else None,
+    )  # fmt: skip
+    try:
         made = _first_free(order, inputs, folder, watch)
-        programs = _with_entries(order, made, machine, folder, watch)
-        files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if report else [])]
-        save_path(folder / f"{title}.path.npz", made.inputs, made.solution, made.feed)
-        files += write_upload(folder, title, programs, language_of(machine), machine.controller)
-        proved, certificate = None, folder / f"{title}.proof.npz"
-        if prove is not None:
-            with watch.stage("prove"):
-                proved = price_bound(made.inputs, made.solution, Path(cell), certificate, prove, watch.share)
-            made.findings.append(bound_finding(proved))
-            files += [certificate.name] if certificate.exists() else []
-        summary = post_summary(
-            made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
-            residual=made.residual, feed=made.feed, process=process, files=files, verdict=made.verdict,
-            manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path), proved=proved,
-        )  # fmt: skip
-        if report:
-            with watch.stage("report"):
-                _report(folder / f"{title}.html", summary, made)
-        summary = replace(summary, seconds=watch.seconds)
-        save_summary(folder / f"{title}.json", summary)
+    except JobError as error:
+        raise asking_for_clampings(error, inputs) from None
+    programs = _with_entries(order, made, machine, folder, watch)
+    files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if asked.report else [])]
+    save_path(folder / f"{title}.path.npz", made.inputs, made.solution, made.feed)
+    files += write_upload(folder, title, programs, language_of(machine), machine.controller)
+    proved, certificate = None, folder / f"{title}.proof.npz"
+    if asked.prove is not None:
+        with watch.stage("prove"):
+            proved = price_bound(made.inputs, made.solution, Path(cell), certificate, asked.prove, watch.share)
+        made.findings.append(bound_finding(proved))
+        files += [certificate.name] if certificate.exists() else []
+    summary = post_summary(
+        made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
+        residual=made.residual, feed=made.feed, process=process, files=files, verdict=made.verdict,
+        manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path), proved=proved,
+    )  # fmt: skip
+    if asked.report:
+        with watch.stage("report"):
+            _report(folder / f"{title}.html", summary, made)
+    sides = tuple(
+        ClampingFigures(
+            name=side.name,
+            program=_clamping_name(plain, side.name, language_of(machine)),
+            first_line=side.first,
+            last_line=side.last,
+        )
+        for side in inputs.setup.clampings
+    )
+    summary = replace(summary, seconds=watch.seconds, clampings=sides)
+    save_summary(folder / f"{title}.json", summary)
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 
@@ -175,7 +237,13 @@ def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: 
     for number, (line, operation) in enumerate(beginnings(made.inputs.toolpath), start=2):
         title = _entry_name(order.title, number, language_of(machine))
         inputs = read_inputs(
-            order.clfile, machine, made.inputs.setup.path, dialect=order.dialect, units=order.units, begin=line
+            order.clfile,
+            machine,
+            made.inputs.setup.path,
+            dialect=order.dialect,
+            units=order.units,
+            begin=line,
+            clamping=made.inputs.setup.clamping or None,
         )
         process = plan_process(inputs.toolpath.regions, inputs.cell)
         own = folder / title
@@ -244,6 +312,12 @@ def _fit_within_limits(
             text = f"{axis} was kept further from its limit, which it passed between points that keep it"
             made.findings.append(Finding("kept-from-limit", text, Severity.INFO, axis=axis))
         return made
+
+
+def _clamping_name(title: str, clamping: str, language: Language) -> str:
+    """The name of a clamping's program, with room for the number of an entry behind it: the clamping's stands whole."""
+    ending = f"_{clamping}"
+    return language.program_name(title[: _NAME - len(ending) - len("_E9999")] + ending)
 
 
 def _entry_name(title: str, number: int, language: Language) -> str:

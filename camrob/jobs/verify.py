@@ -83,6 +83,7 @@ def verify(
     against: Path | None = None,
     setup: Path | None = None,
     begin: int = 0,
+    clamping: str | None = None,
     collisions: bool = True,
     manifest: bool = True,
     out: Path | None = None,
@@ -97,6 +98,7 @@ def verify(
         setup: setup.toml; None: the one beside the CL file, where there is one.
         begin: the CL file's line from which on the program does what it asks for, of a program that is entered again at an
             operation; 0: all of it.
+        clamping: of a part that is worked from several sides, the set-up's [[clamping]] that the program is for.
         collisions: whether bodies are followed along the whole program.
         manifest: whether the files have to be those that the NAME.json beside the program names.
         out: the folder that receives verify.json and verify.html, a page with pictures of places; None: none.
@@ -122,14 +124,14 @@ def verify(
     inputs: JobInputs | None = None
     if against is not None:
         against = Path(against)
-        inputs = read_inputs(against, machine, setup, begin=begin, progress=share("read"))
+        inputs = read_inputs(against, machine, setup, begin=begin, clamping=clamping, progress=share("read"))
         machine, setup = inputs.cell, inputs.setup.path
     share("witness")(0.0)
     kept = manifest_findings(program, cell, against, setup) if manifest else []
     believed = manifest and not any(f.severity is Severity.ERROR for f in kept)
     slower = reason_for_slower(program) if believed else ""
     verdict = witness_judge(
-        program, cell, clfile=against, setup=setup, slower_allowed=slower, begin=begin if against else 0
+        program, cell, clfile=against, setup=setup, slower_allowed=slower, begin=begin, clamping=clamping
     )
     not_judged = list(verdict.unjudged)
     found = [*kept, *of_program(verdict)]

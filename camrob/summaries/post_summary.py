@@ -243,11 +243,22 @@ class Manifest(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ClampingFigures(Summary):
+    """One of a job's programs, of a part that is worked from several sides: first and last line of the CL file, the main file."""
+
+    name: str
+    program: str
+    first_line: int
+    last_line: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PostSummary(Summary):
     """A program that was made: from what, how well it stands and keeps its limits, what was verified, what to read first.
 
     singular: motions that pass a singular posture. external_travel: by axis and unit. torques: None for a cell without masses;
-    plan: None for the published method. seconds: by stage of the job.
+    plan: None for the published method. seconds: by stage of the job. clamping: of which side's program this is, clampings: all
+    programs of the job, where the part is worked from several.
     """
 
     program: str
@@ -273,4 +284,6 @@ class PostSummary(Summary):
     notes: tuple[Remark, ...]
     files: tuple[str, ...]
     manifest: Manifest
+    clamping: str = left_out("")
+    clampings: tuple[ClampingFigures, ...] = left_out(())
     seconds: Mapping[str, float] | None = left_out()

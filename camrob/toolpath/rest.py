@@ -1,8 +1,8 @@
-"""What is left of a toolpath from an operation on: for a program that is entered again there after a stop."""
+"""A part of a toolpath: from an operation on, of a program that is entered again there, or what one clamping of the part does."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,7 +10,7 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.region import Event, EventKind, Region
 from camrob.toolpath.toolpath import Toolpath
 
-__all__ = ["beginnings", "rest_from"]
+__all__ = ["beginnings", "in_clamping", "rest_from"]
 
 _SPINDLE = frozenset((EventKind.SPINDLE_ON, EventKind.SPINDLE_OFF))
 _COOLANT = frozenset((EventKind.COOLANT_ON, EventKind.COOLANT_OFF))
@@ -54,6 +54,57 @@ def rest_from(toolpath: Toolpath, line: int) -> Toolpath:
     later = [e for e in first.events if e.point > 0]
     begun = replace(first, events=tuple([*_in_order(carried, own), *later]), detached=False)
     return replace(toolpath, regions=(begun, *worked[at + 1 :]))
+
+
+def in_clamping(toolpath: Toolpath, spans: Mapping[str, tuple[int, int]], name: str) -> Toolpath:
+    """What one clamping does: the regions in its lines, with tool, spindle and coolant as the file has left them before.
+
+    spans: first and last line of each clamping, which don't meet. Raises ToolpathError where a line that moves the tool lies in
+    none, a region in two, or the clamping has no motion, or a line comes back in another one.
+    """
+    worked = [r for r in toolpath.regions if len(r)]
+    owners = [_owner(region, spans) for region in worked]
+    mine = [k for k, owner in enumerate(owners) if owner == name]
+    first, last = spans[name]
+    if not mine:
+        raise ToolpathError(
+            f"nothing moves the tool in lines {first}-{last} of clamping {name}", hint="correct `lines`"
+        )
+    at, stop = mine[0], mine[-1] + 1
+    if len(mine) < stop - at or (stop < len(worked) and not _splits(worked, worked[stop].first_line)):
+        raise ToolpathError(
+            f"clamping {name} is left and come back to",
+            line=worked[at].first_line,
+            hint="give it lines that are run in a row",
+        )
+    cut = rest_from(toolpath, worked[at].first_line) if at else toolpath
+    if stop == len(worked):
+        return cut
+    border = worked[stop]
+    regions = list(cut.regions[: next(k for k, region in enumerate(cut.regions) if region is border)])
+    ended = regions[-1]
+    said = [
+        replace(e, point=len(ended), retracted=border.detached)
+        for e in border.events
+        if e.point == 0 and e.line <= last
+    ]
+    regions[-1] = replace(ended, events=(*ended.events, *said))
+    return replace(cut, regions=tuple(regions))
+
+
+def _owner(region: Region, spans: Mapping[str, tuple[int, int]]) -> str:
+    """The clamping of a region. Raises ToolpathError where one of its lines is in none, or they are in several."""
+    known = ", ".join(f"{name} {first}-{last}" for name, (first, last) in spans.items())
+    owner, what = "", region.operation or region.name
+    for line in sorted({int(number) for number in region.line}):
+        own = next((name for name, (first, last) in spans.items() if first <= line <= last), "")
+        if not own:
+            raise ToolpathError(f"{what} moves the tool and lies in no clamping", line=line, hint=f"there are: {known}")
+        if owner and own != owner:
+            text = f"{what}, from line {region.first_line} on, lies in clampings {owner} and {own}"
+            raise ToolpathError(text, line=line, hint=f"end one where an operation ends; there are: {known}")
+        owner = own
+    return owner
 
 
 def _in_order(carried: Sequence[Event], own: Sequence[Event]) -> list[Event]:

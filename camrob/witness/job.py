@@ -62,6 +62,7 @@ class Job:
     units: str | None = None
     dialect: str | None = None
     wear: bool = False  # compensated paths are the tool centre's
+    lines: Mapping[str, tuple[int, int]] = field(default_factory=dict)  # of the CL file, first and last, by clamping
     given: bool = True  # False: there is no set-up, and all of this is assumed
 
     def tool(self, number: int) -> Tool | None:
@@ -197,10 +198,39 @@ def _body(fields: Fields) -> Body:
     return Body(fields.path.parent / fields.text("mesh"), _METRES[unit], None)
 
 
-def read_job(path: Path) -> Job:
-    """The set-up of a setup.toml. Raises SetupError, naming file and key."""
+def _clampings(top: Fields) -> dict[str, tuple[int, int, Array]]:
+    """[[clamping]]: first line, last line, and where the part lies, by name."""
+    found: dict[str, tuple[int, int, Array]] = {}
+    for fields in top.subs("clamping"):
+        fields.none_but("name", "lines", "part_in_base")
+        first, last = fields.numbers("lines", 2).tolist()
+        if first != int(first) or last != int(last) or not 0 < first <= last:
+            raise fields.wrong("lines", "are not the first and the last of a file's lines")
+        if fields.text("name") in found:
+            raise fields.wrong("name", "is given twice")
+        found[fields.text("name")] = (int(first), int(last), frame(fields.numbers("part_in_base", 6)))
+    return found
+
+
+def _placed(top: Fields, clamping: str | None) -> tuple[Array, dict[str, tuple[int, int]]]:
+    """base_T_part as it is in a clamping, and the lines of all. Raises SetupError where the one named is none."""
+    found = _clampings(top)
+    if not found and clamping is None:
+        return frame(top.numbers("part_in_base", 6, [0, 0, 0, 0, 0, 0])), {}
+    if clamping not in found:
+        raise top.wrong("clamping", f"{clamping or ''!r} is none of: {', '.join(found)}", "name the program's own")
+    if "part_in_base" in top:
+        raise top.wrong("part_in_base", "stands beside clampings that have their own")
+    return found[clamping][2], {name: (first, last) for name, (first, last, _) in found.items()}
+
+
+def read_job(path: Path, clamping: str | None = None) -> Job:
+    """The set-up of a setup.toml, as it is in one of its clampings where it has some. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
-    top.none_but("part_in_base", "tool", "part", "stock", *_MEASURES, *_LENGTHS, *_OF_OTHERS, "spindle_rpm", *_WORDS)
+    base_T_part, lines = _placed(top, clamping)
+    top.none_but(
+        "part_in_base", "clamping", "tool", "part", "stock", *_MEASURES, *_LENGTHS, *_OF_OTHERS, "spindle_rpm", *_WORDS
+    )
     if "cutter_compensation" in top and top.text("cutter_compensation") != "wear":
         raise top.wrong("cutter_compensation", "is not 'wear'", 'write "wear", or leave it out')
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}
@@ -211,7 +241,8 @@ def read_job(path: Path) -> Job:
     feed, rapid = (None if (value := speeds[key]) is None else mm_min_to_m_s(value) for key in _MEASURES)
     chord, decimate, clearance = (None if value is None else mm_to_m(value) for value in lengths.values())
     return Job(
-        base_T_part=frame(top.numbers("part_in_base", 6, [0, 0, 0, 0, 0, 0])),
+        base_T_part=base_T_part,
+        lines=lines,
         tools=_tools(top),
         bodies={name: _body(top.sub(name)) for name in ("part", "stock") if name in top},
         feed=feed,

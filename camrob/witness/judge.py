@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from camrob.witness.cl import read_story
-from camrob.witness.cl.remainder import from_line
+from camrob.witness.cl.remainder import from_line, in_clamping
 from camrob.witness.happenings import Gap, Kind, Objection, Run, Story
 from camrob.witness.job import Job, no_job, read_job
 from camrob.witness.machine import Machine, read_machine
@@ -90,6 +90,7 @@ def judge(
     units: str | None = None,
     slower_allowed: str = "",
     begin: int = 0,
+    clamping: str | None = None,
     usual_rapid: float | None = None,
 ) -> Verdict:
     """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it (by default the
@@ -97,7 +98,8 @@ def judge(
 
     Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
     what set-up and file say. slower_allowed: why cuts may be slower than the file says. begin: the CL file's line from which on
-    the program does what it asks for (a program that is entered again at an operation), 0 for all of it. usual_rapid: m/s that
+    the program does what it asks for (a program that is entered again at an operation), 0 for all of it. clamping: the set-up's,
+    where it has several: the program does what the file has in its lines. usual_rapid: m/s that
     ways through air are held to where the set-up names none; None: they may be as fast as they like.
     Raises CellError, SetupError, ToolpathError, KrlError for what can't be read.
     """
@@ -105,7 +107,7 @@ def judge(
     if setup is None and clfile is not None and (clfile.parent / _SETUP).is_file():
         setup = clfile.parent / _SETUP
     machine = read_machine(cell)
-    job = no_job() if setup is None else read_job(setup)
+    job = no_job() if setup is None else read_job(setup, clamping)
     clock.lap("machine")
     run = run_program(program, machine)
     weighed = clfile is not None and any(tool.load for tool in job.tools.values())
@@ -114,17 +116,7 @@ def judge(
     clock.lap("program")
     if clfile is None:
         return _alone(settled, clock)
-    story = read_story(
-        clfile,
-        dialect=dialect or job.dialect,
-        units=units or job.units,
-        default_feed=job.feed,
-        default_rpm=job.spindle_rpm,
-        tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
-        wear=job.wear,
-        numbers=job.numbers,
-    )
-    story = from_line(story, begin) if begin else story
+    story = _story(clfile, job, dialect, units, begin, clamping)
     _let_go(len(run))
     clock.lap("file")
     if not len(run):
@@ -149,6 +141,23 @@ def judge(
         clock.seconds,
         tuple(run.files),
     )
+
+
+def _story(clfile: Path, job: Job, dialect: str | None, units: str | None, begin: int, clamping: str | None) -> Story:
+    """What the program has to do of what the CL file asks for."""
+    story = read_story(
+        clfile,
+        dialect=dialect or job.dialect,
+        units=units or job.units,
+        default_feed=job.feed,
+        default_rpm=job.spindle_rpm,
+        tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
+        wear=job.wear,
+        numbers=job.numbers,
+    )
+    if clamping is not None:
+        story = in_clamping(story, job.lines, clamping)
+    return from_line(story, begin) if begin else story
 
 
 def _let_go(motions: int) -> None:

@@ -23,11 +23,11 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.stretches import change_values, started_from
 from camrob.redundancy.transfers import build_path
 from camrob.toolpath.read import read_toolpath
-from camrob.toolpath.rest import rest_from
+from camrob.toolpath.rest import in_clamping, rest_from
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s, mm_to_m
 
-__all__ = ["JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs"]
+__all__ = ["JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs", "setup_of"]
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,16 @@ def program_comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
         f"made by camrob from {toolpath.source} ({toolpath.dialect})",
         f"sha256 {toolpath.sha256}",
         f"cell {inputs.cell.name}, method {method}, {toolpath.points} points",
+        *_clamped(inputs.setup),
     )
+
+
+def _clamped(setup: Setup) -> tuple[str, ...]:
+    """What the operator has to know of a program that is one of several."""
+    if not setup.clamping:
+        return ()
+    first, last = setup.spans[setup.clamping]
+    return (f"clamping {setup.clamping}, lines {first} to {last}",)
 
 
 def program_name(clfile: Path, name: str | None, language: Language) -> str:
@@ -100,15 +109,15 @@ def read_inputs(
     dialect: str | None = None,
     units: str | None = None,
     begin: int = 0,
+    clamping: str | None = None,
     progress: Share | None = None,
 ) -> JobInputs:
-    """Read all that a job needs beside its cell, `machine`; `begin`: the CL line of the operation from which on, 0: all.
+    """Read all that a job needs beside its cell, `machine`; `begin`: the CL line of the operation from which on, 0: all;
+    `clamping`: which one's part of the file, where the set-up has several.
 
     Raises InputError and its kin, naming file, line and hint.
     """
-    if setup is None and (clfile.parent / "setup.toml").is_file():
-        setup = clfile.parent / "setup.toml"
-    job = read_setup(setup, machine)
+    job = read_setup(setup_of(clfile, setup), machine, clamping)
     tolerance = {} if job.chord_tolerance is None else {"chord_tolerance": job.chord_tolerance}
     toolpath = read_toolpath(
         clfile,
@@ -122,7 +131,18 @@ def read_inputs(
         progress=progress,
         **tolerance,
     )
+    if job.clamping:
+        try:
+            toolpath = in_clamping(toolpath, job.spans, job.clamping)
+        except InputError as error:
+            raise error.at(clfile) from None
     return inputs_of(rest_from(toolpath, begin) if begin else toolpath, machine, job)
+
+
+def setup_of(clfile: Path, setup: Path | None) -> Path | None:
+    """The set-up: the one named, else setup.toml beside the CL file, else none."""
+    beside = clfile.parent / "setup.toml"
+    return beside if setup is None and beside.is_file() else setup
 
 
 def inputs_of(toolpath: Toolpath, machine: Cell, job: Setup) -> JobInputs:

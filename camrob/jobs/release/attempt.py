@@ -165,6 +165,7 @@ def _witnessed(order: Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -
             usual_rapid=inputs.rapid_speed,
             slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
             begin=order.begin,
+            clamping=inputs.setup.clamping or None,
         )
     except ProgramError as unread:
         return unread

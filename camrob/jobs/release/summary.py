@@ -96,6 +96,7 @@ def post_summary(
         notes=tuple(_remark(f) for f in findings if f.severity is Severity.INFO),
         files=tuple(files),
         manifest=manifest,
+        clamping=inputs.setup.clamping,
     )
 
 

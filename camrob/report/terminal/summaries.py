@@ -125,6 +125,10 @@ def render_post(summary: PostSummary) -> RenderableType:
         "Verified" if summary.witness.complete else "Verified in part",
         shown_text(f"{verified.points} points read back and replayed; at most {error} mm off ({verified.by})"),
     )
+    for side in summary.clampings:
+        grid.add_row(
+            f"Clamping {side.name}", shown_text(f"{side.program}, lines {side.first_line} to {side.last_line}")
+        )
     files = summary.files
     if files:
         shown = files if len(files) <= 8 else [*files[:4], f"... {len(files) - 7} more ...", *files[-3:]]

@@ -1,7 +1,10 @@
-"""What a CL file asks for from one of its lines on: of a program that is entered again at an operation."""
+"""A part of what a CL file asks for: from one of its lines on, of a program that is entered again at an operation, or in the
+lines of one clamping of the part.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +12,52 @@ import numpy as np
 from camrob.errors import ToolpathError
 from camrob.witness.happenings import Event, Kind, Path, Story, Way
 
-__all__ = ["from_line"]
+__all__ = ["from_line", "in_clamping"]
 
 _STATES = ({Kind.TOOL}, {Kind.SPINDLE_ON, Kind.SPINDLE_OFF}, {Kind.COOLANT_ON, Kind.COOLANT_OFF})
 _OFF = {Kind.SPINDLE_OFF, Kind.COOLANT_OFF}
+
+
+def in_clamping(story: Story, lines: Mapping[str, tuple[int, int]], name: str) -> Story:
+    """The motions that stand in a clamping's lines; tool, spindle and coolant are before them as the file has left them.
+
+    Raises ToolpathError where a motion stands in no clamping or in several, or the clamping's don't follow each other.
+    """
+    line = story.path.line
+    owners = np.sum([(line >= low) & (line <= high) for low, high in lines.values()], axis=0)
+    for row in np.flatnonzero(owners != 1)[:1].tolist():
+        how = "several clampings" if owners[row] else "no clamping"
+        raise ToolpathError(f"line {int(line[row])} moves the tool in {how}", hint="correct `lines` of the set-up")
+    first, last = lines[name]
+    rows = np.flatnonzero((line >= first) & (line <= last))
+    if not len(rows) or rows[-1] - rows[0] + 1 != len(rows):
+        raise ToolpathError(f"lines {first}-{last} of clamping {name} hold no motions in a row", hint="correct `lines`")
+    ended = _to_line(story, int(rows[-1]) + 1, last)
+    return from_line(ended, first) if rows[0] else ended
+
+
+def _to_line(story: Story, stop: int, last: int) -> Story:
+    """The motions before row `stop`, and what happens behind them up to a line."""
+    path = story.path
+    return replace(
+        story,
+        path=Path(
+            path.tip[:stop],
+            path.axis[:stop],
+            path.center[:stop],
+            path.normal[:stop],
+            path.angle[:stop],
+            path.line[:stop],
+        ),
+        way=story.way[:stop],
+        feed=story.feed[:stop],
+        joined=story.joined[:stop],
+        operation=story.operation[:stop],
+        events=tuple(e for e in story.events if e.before < stop or (e.before == stop and e.line <= last)),
+        gaps=tuple(g for g in story.gaps if g.before < stop or (g.before == stop and g.first_line <= last)),
+        stands=tuple(s for s in story.stands if s.before < stop),
+        pecks={row: pecks for row, pecks in story.pecks.items() if row < stop},
+    )
 
 
 def from_line(story: Story, line: int) -> Story:
