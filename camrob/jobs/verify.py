@@ -128,8 +128,7 @@ def verify(
         machine, setup = inputs.cell, inputs.setup.path
     share("witness")(0.0)
     kept = manifest_findings(program, cell, against, setup) if manifest else []
-    believed = manifest and not any(f.severity is Severity.ERROR for f in kept)
-    slower = reason_for_slower(program) if believed else ""
+    slower = "" if not manifest or any(f.severity is Severity.ERROR for f in kept) else reason_for_slower(program)
     verdict = witness_judge(
         program, cell, clfile=against, setup=setup, slower_allowed=slower, begin=begin, clamping=clamping
     )

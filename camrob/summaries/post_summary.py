@@ -11,6 +11,7 @@ from camrob.summaries.remarks import AxisLimits, Remark
 
 __all__ = [
     "AccuracyFigures",
+    "ClampingFigures",
     "CollisionFigures",
     "Conditioning",
     "ExpectedErrorFigures",
