@@ -338,6 +338,14 @@ def test_a_lone_carriage_return_ends_a_comment(tmp_path):
     assert len(program) == 1
 
 
+def test_relative_motions_of_the_spline_kind_go_where_their_twins_go(tmp_path):
+    steps = "LIN_REL {X 10,E1 1} C_DIS\nLIN_REL {X 3,Y -2,Z 50} #TOOL\nPTP_REL {Y 1}\n"
+    twin = read(tmp_path, P0 + steps)
+    program = read(tmp_path, P0 + steps.replace("LIN_", "SLIN_").replace("PTP_", "SPTP_").replace("C_DIS", "C_SPL"))
+    np.testing.assert_array_equal(program.pose, twin.pose)
+    np.testing.assert_array_equal(program.kind, twin.kind)
+
+
 def test_numbers_are_those_of_float(tmp_path):
     text = "0.1 123456789012345678901234567890 1e-3 .5 7. -0.000".split()
     program = read(tmp_path, "LIN {" + ",".join(f"{n} {v}" for n, v in zip("XYZABC", text, strict=True)) + "}")
@@ -363,6 +371,7 @@ def test_numbers_are_those_of_float(tmp_path):
         ("LIN {X 1 Y 2}", 3, "missing"),
         ("LIN_REL {X 1}", 3, "from a place that the program doesn't hold"),
         ("CIRC_REL {X 1},{Y 1}", 3, "CIRC_REL is not read"),
+        ("PTP_SPLINE\nSPTP XP1\nENDSPLINE", 3, "PTP_SPLINE is not read"),
         ("SLIN XP1 WITH $VEL = 1", 3, "WITH .VEL without a speed"),
         ("GOTO A", 3, "GOTO"),
         ("IF $IN[1] THEN\n" + P0 + "ENDIF", 3, "IF whose course"),

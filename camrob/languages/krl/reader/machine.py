@@ -95,7 +95,7 @@ class KrlMachine:
             if word != "CIRC" or not expression.accept("CA"):
                 raise KrlError(f"{expression.rest()!r} behind a target", hint="correct the statement")
             angle = _number(expression.value(), "CA")
-        blends = _SPLINE_BLENDS if plain in ("LIN", "CIRC") else _BLENDS
+        blends = _SPLINE_BLENDS if plain and word != "PTP" else _BLENDS
         approximation, by_tool = _approximation(expression, blends, relative=bool(relative))
         if relative:
             targets = [None if t is None else stepped(self.rows, t, word, by_tool=by_tool) for t in targets]

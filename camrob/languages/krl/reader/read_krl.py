@@ -34,9 +34,7 @@ _PER_LINE = 10  # a long program may call more: the time to read it stays in pro
 _MOST_REPEATED = {"statements": 5_000, "motions": 1_000_000}  # by loops and calls: 0.3 s, 0.5 GB
 _MOTIONS = frozenset(("PTP", "LIN", "CIRC", "PTP_REL", "LIN_REL"))
 _MOST_JUMPS = 500  # GOTOs: programs that jump do it a few times
-_UNREAD = frozenset(
-    """CIRC_REL SPTP_REL SLIN_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT LIN_SPLINE""".split()
-)
+_UNREAD = frozenset("""CIRC_REL SCIRC_REL SPL_REL PTP_SPLINE ASYPTP CASE DEFAULT LIN_SPLINE""".split())
 _HARMLESS = frozenset(
     """EXT EXTFCT IMPORT SIGNAL STRUC ENUM CHANNEL INTERRUPT TRIGGER PULSE HALT CONTINUE BRAKE RESUME ANIN ANOUT DIGIN
     CWRITE CREAD COPEN CCLOSE SREAD SWRITE ASYSTOP ASYCONT ASYCANCEL ERR_RAISE CONFIRM ON_ERROR_PROCEED""".split()
@@ -339,6 +337,8 @@ class _Reader:
     def _block(self, module: Module, block: Block, word: str, tokens: tuple[Token, ...]) -> int:
         """Runs a control structure whose course is known; the line to go on with, -1 for RETURN."""
         self._machine.statements[word] += 1
+        if word == "PTP_SPLINE":
+            raise KrlError("PTP_SPLINE is not read here", hint="write its motions as PTP")
         if word == "SPLINE":
             with with_words(self._machine):
                 begin_block(self._machine, module, block, tokens)

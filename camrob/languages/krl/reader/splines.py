@@ -10,7 +10,7 @@ from camrob.languages.krl.reader.with_words import take_with, with_words
 
 __all__ = ["SPLINES", "begin_block", "only_begins", "spline_motion"]
 
-SPLINES = {"SPTP": "PTP", "SLIN": "LIN", "SCIRC": "CIRC", "SPL": "LIN"}
+SPLINES = {"SPTP": "PTP", "SLIN": "LIN", "SCIRC": "CIRC", "SPL": "LIN", "SPTP_REL": "PTP_REL", "SLIN_REL": "LIN_REL"}
 """Motions of the spline kind: to the same points on the same ways; SPL, a curve through its points, as their chords."""
 _BLENDS = ("C_SPL", "C_DIS", "C_VEL", "C_ORI", "C_PTP")
 
