@@ -1,0 +1,1 @@
+"""A seventh author's cases: one small sealed family."""
