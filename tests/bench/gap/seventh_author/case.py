@@ -27,7 +27,9 @@ def fits(names):
     able = [
         m.name
         for m in made
-        if (m.names[0] == "E1" or "rail" not in asks) and (m.n > 5 or "wrist" not in asks) and (m.told or "masses" not in asks)
+        if (m.names[0] == "E1" or "rail" not in asks)
+        and (m.n > 5 or "wrist" not in asks)
+        and (m.told or "masses" not in asks)
     ]
     kinds = set.intersection({"path", "poses", "drives"}, *(NAMED[n][1] for n in names)) if names else set()
     return able, sorted(kinds), asks
@@ -41,7 +43,9 @@ def planned(seed):
     while True:
         deck = [*rng.permutation(names), *rng.permutation(names)[: slots - len(names)]]
         deck = [str(n) for n in rng.permutation(deck)]
-        groups = [[deck.pop() for _ in range(k)] for k in [1] * COUNT["one"] + [2] * COUNT["two"] + [3] * COUNT["three"]]
+        groups = [
+            [deck.pop() for _ in range(k)] for k in [1] * COUNT["one"] + [2] * COUNT["two"] + [3] * COUNT["three"]
+        ]
         if all(len(set(g)) == len(g) and fits(g)[0] and fits(g)[1] for g in groups):
             break
     about = [(("one", "two", "three")[len(g) - 1], g, str(rng.choice(fits(g)[1]))) for g in groups]
@@ -92,7 +96,16 @@ def sized(case, cause, want):
 
 def _how(kind, asks, names, rng):
     """Frame, target, columns, and what LOG.toml says."""
-    how = {"frame": "world", "target": None, "turns": False, "lacks": "", "force": False, "temp": False, "told": True, "gross": 0.0}
+    how = {
+        "frame": "world",
+        "target": None,
+        "turns": False,
+        "lacks": "",
+        "force": False,
+        "temp": False,
+        "told": True,
+        "gross": 0.0,
+    }
     if kind == "drives":
         return how
     if "frame" not in asks and rng.random() < 0.35:
@@ -134,7 +147,11 @@ def made(seed, number):
         rng = np.random.default_rng([seed, 1 + number, again])
         chosen = rng.choice(able)
         machine = next(m() for m in MACHINES if m.__name__ == chosen)
-        sigma = float(np.exp(rng.uniform(np.log(0.01), np.log(0.05)))) if log != "drives" else float(rng.uniform(2e-4, 8e-4))
+        sigma = (
+            float(np.exp(rng.uniform(np.log(0.01), np.log(0.05))))
+            if log != "drives"
+            else float(rng.uniform(2e-4, 8e-4))
+        )
         case = Case(seed, number, kind, _runs(machine, log, rng), [], [], sigma, _how(log, asks, names, rng))
         floor = 0.0
         if share is not None:
@@ -144,7 +161,9 @@ def made(seed, number):
         for name in names:
             cause = (FOREIGN[name] if kind == "outside" else NAMED[name])[0](machine, rng)
             low, high, over = (3, 15, (1.5, 4)) if kind == "outside" else (1.5, 20, (0.5, 3))
-            want = max(case.noise * np.exp(rng.uniform(np.log(low), np.log(high))), floor * np.exp(rng.uniform(*np.log(over))))
+            want = max(
+                case.noise * np.exp(rng.uniform(np.log(low), np.log(high))), floor * np.exp(rng.uniform(*np.log(over)))
+            )
             case.causes.append((cause, sized(case, cause, min(want, 2.5))))
         sizes = [rms(case.seen(case.runs[-1], [c])) for c in case.causes]
         if min(sizes, default=9.0) > max(case.noise, 0.3 * floor) and _shrinks(case):
@@ -202,7 +221,15 @@ def _columns(case, run, shift, rng):
         seen_T = read(run, shift, how["target"])
         if how["frame"] == "unknown":
             own = np.random.default_rng([case.seed, 100 + case.number])
-            seen_T = rigid(*own.uniform(-3000, 3000, 2), own.uniform(-500, 500), *own.uniform(-170, 170, 1), *own.uniform(-2, 2, 2)) @ seen_T
+            seen_T = (
+                rigid(
+                    *own.uniform(-3000, 3000, 2),
+                    own.uniform(-500, 500),
+                    *own.uniform(-170, 170, 1),
+                    *own.uniform(-2, 2, 2),
+                )
+                @ seen_T
+            )
         at = 1e3 * seen_T[:, :3, 3] + case.sigma * rng.normal(size=(len(seen_T), 3))
         bad = rng.random(len(at)) < how["gross"]
         at += bad[:, None] * rng.normal(size=at.shape) * 35 * case.sigma
@@ -217,7 +244,9 @@ def _columns(case, run, shift, rng):
         out |= {"c" + n: x for n, x in zip(m.names, c.T, strict=True)}
     if run.kind == "drives":
         v, a = run.at(run.v), run.at(run.a)
-        torque = (m.inertia(run.c) * a - run.load + 0.04 * np.abs(run.load).max(0) * np.tanh(v / 0.01)) * np.array(m.signs)
+        torque = (m.inertia(run.c) * a - run.load + 0.04 * np.abs(run.load).max(0) * np.tanh(v / 0.01)) * np.array(
+            m.signs
+        )
         torque *= 1 + 0.01 * rng.normal(size=torque.shape)
         out |= {("T" + n if n[0] == "E" else "T" + n[1:]): x for n, x in zip(m.names, torque.T, strict=True)}
     if how["force"]:
@@ -235,7 +264,8 @@ def _says(case, run, name, first):
     out += ["poses = true"] if run.kind == "poses" else []
     out += [f"sigma_mm = {case.sigma:.5f}"] if how["told"] else []
     out += ["sigma_deg = 0.005"] if how["turns"] and how["told"] else []
-    out += [f'instrument = "laser tracker"\nmeasured_frame = "{how["frame"]}"\ntarget = "{"tool" if how["target"] is None else "unknown"}"']
+    target = "tool" if how["target"] is None else "unknown"
+    out += ['instrument = "laser tracker"', f'measured_frame = "{how["frame"]}"', f'target = "{target}"']
     if name != first:
         out += [f'same_frame_as = "{first}"'] if how["frame"] == "unknown" else []
         out += [f'same_target_as = "{first}"'] if how["target"] is not None else []
@@ -250,7 +280,9 @@ def write(case, folder, parts=None):
     _poses(m, folder / "cell" / "poses.csv")
     names = [*(f"run{i + 1}.csv" for i in range(len(case.runs) - 1)), "withheld.csv"]
     for i, (name, run) in enumerate(zip(names, case.runs, strict=True)):
-        columns = _columns(case, run, case.shift(run, parts), np.random.default_rng([case.seed, 1 + case.number, 1000 + i]))
+        columns = _columns(
+            case, run, case.shift(run, parts), np.random.default_rng([case.seed, 1 + case.number, 1000 + i])
+        )
         with (folder / name).open("w", newline="", encoding="utf-8") as file:
             out = csv.writer(file)
             out.writerow(columns)
@@ -270,4 +302,11 @@ def _poses(m, path):
         out.writerow(["name", *heads, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg", "source", "note"])
         for i, (axes, tip) in enumerate(zip(m.axes(q), m.tip(q), strict=True)):
             turns = Rotation.from_matrix(tip[:3, :3]).as_euler("ZYX", degrees=True)
-            out.writerow([f"p{i}", *(f"{x:.6f}" for x in (*axes, *(1e3 * tip[:3, 3]), *turns)), "hand", "by the maker of the case"])
+            out.writerow(
+                [
+                    f"p{i}",
+                    *(f"{x:.6f}" for x in (*axes, *(1e3 * tip[:3, 3]), *turns)),
+                    "hand",
+                    "by the maker of the case",
+                ]
+            )

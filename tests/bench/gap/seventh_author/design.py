@@ -29,8 +29,13 @@ def _units(run, n):
         return out
 
     moment = run.machine.moment(run.c)
-    waves = [f(2 * np.pi * i * run.c[:, 0] / 3) for i in range(1, 9) for f in (np.sin, np.cos)] if m.kinds[0] == "P" else []
-    heavy = [("true", np.array(m.soft) * m.load(run.c, ((n, 1.0, c),))) for c in ((0, 0, 0), (99, 0, 0), (0, 99, 0), (0, 0, 99))]
+    waves = (
+        [f(2 * np.pi * i * run.c[:, 0] / 3) for i in range(1, 9) for f in (np.sin, np.cos)] if m.kinds[0] == "P" else []
+    )
+    heavy = [
+        ("true", np.array(m.soft) * m.load(run.c, ((n, 1.0, c),)))
+        for c in ((0, 0, 0), (99, 0, 0), (0, 99, 0), (0, 0, 99))
+    ]
     warm = 1 - np.exp(-late)
     return {
         "joint_offset": each("true", 1.0),
@@ -53,7 +58,8 @@ def _units(run, n):
         "early_reading": each("true", np.diff(run.c, axis=0, prepend=m.middle[None])) if run.kind == "poses" else [],
         "cutting_force": [("off", run.force * e) for e in np.eye(3)] if run.kind == "path" else [],
         "measurement_scale": [("off", run.points - run.points.mean(0))],
-        "measurement_drift": [("off", late[:, None] * e) for e in np.eye(3)] + [("off", late[:, None] * np.cross(e, run.points)) for e in np.eye(3)],
+        "measurement_drift": [("off", late[:, None] * e) for e in np.eye(3)]
+        + [("off", late[:, None] * np.cross(e, run.points)) for e in np.eye(3)],
         "measurement_frame": frame(0),
     }
 
@@ -86,7 +92,7 @@ def _matrix(case, names):
 
 
 def alike(case, cause, size):
-    """Names but its own whose parameters give the pattern of a cause back by a correlation above 0.99, after an unknown frame and target."""
+    """Other names whose parameters give a cause's pattern back by a correlation above 0.99, after an unknown frame and target."""
     mine = np.concatenate([_pattern(case, run, cause.make(run, size)) for run in case.runs])
     names = [n for n in [*NAMED, "measurement_frame"] if n not in ("gear_ripple", "motor_commutation", cause.name)]
     if case.how["frame"] == "unknown":

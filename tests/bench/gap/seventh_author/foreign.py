@@ -106,7 +106,12 @@ def levelling(m, rng):
         moment = np.stack([np.interp(t, run.t[run.pick], x) for x in m.moment(run.c).T], 1)
         p = np.exp(-0.1 / tau)
         slow = lfilter([1 - p], [1, -p], moment, axis=0, zi=p * moment[:1])[0]
-        tilt = np.stack([np.interp(run.t[run.pick], t, x) for x in (moment - slow).T], 1) * np.array([1, 1, 0]) * size * 1e-8
+        tilt = (
+            np.stack([np.interp(run.t[run.pick], t, x) for x in (moment - slow).T], 1)
+            * np.array([1, 1, 0])
+            * size
+            * 1e-8
+        )
         foot = run.frames[0][0, :3, 3]
         out.twist[:, 0, 3:], out.twist[:, 0, :3] = tilt, -np.cross(tilt, foot)
         return out
@@ -142,7 +147,7 @@ FOREIGN = {
 
 
 def leftover(m, rng, kind):
-    """Tables: each axis' own error by spline knots some degrees apart; springs: foot and elbow twisted by all torques, up to a stop.
+    """Each axis' own error by spline knots some degrees apart; foot and elbow twisted by all torques, up to a stop.
     Of drives: loops that stand off by a table of place, less so when fast."""
     reach = 3.2 * np.array(m.swing) * m.units
     table = []

@@ -1,4 +1,4 @@
-"""Five machines by Denavit-Hartenberg rows, SI inside: forward kinematics with small motions between, loads of gravity, their cell.toml."""
+"""Five machines by Denavit-Hartenberg rows, SI inside: forward kinematics, loads of gravity, their cell.toml."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def small(twist):
 
 @dataclass(frozen=True)
 class Machine:
-    """`rows`: alpha and theta in degrees, a and d in mm; axis value = sign * q + offset; `home`, `swing` of q in degrees or mm."""
+    """`rows`: alpha, a, theta, d in degrees and mm; axis value = sign * q + offset; `home`, `swing` of q in degrees or mm."""
 
     name: str
     title: str
@@ -116,8 +116,7 @@ class Machine:
         """Force of gravity along each axis, (N, n)."""
         frames = self.chain(q)
         return sum(
-            kg * np.einsum("i,nik->nk", G, self.pull(frames, after, p))
-            for after, kg, p in self.centres(frames, masses)
+            kg * np.einsum("i,nik->nk", G, self.pull(frames, after, p)) for after, kg, p in self.centres(frames, masses)
         )
 
     def inertia(self, q):
@@ -135,20 +134,22 @@ class Machine:
         """The text of cell.toml."""
         out = [f'schema = 1\nname = "{self.name}"\ntitle = "{self.title}"\n\n[kinematics]\nbase_follows_table = false']
         out.append(f"characteristic_length_mm = 400\nbase_to_first = {list(self.base)}")
-        out.append("foot_to_root = [0, 0, 0, 0, 0, 0]\nwrist_to_flange = [0, 0, 0, 0, 0, 0]\nstanding = \"assumed\"\n")
+        out.append('foot_to_root = [0, 0, 0, 0, 0, 0]\nwrist_to_flange = [0, 0, 0, 0, 0, 0]\nstanding = "assumed"\n')
         home, swing = self.axes(self.middle), np.array(self.swing)
         for k, name in enumerate(self.names):
             alpha, a, theta, d = self.rows[k]
             u, kind = ("deg", "revolute") if self.kinds[k] == "R" else ("mm", "prismatic")
             wide = [float(home[k] - 3 * swing[k]), float(home[k] + 3 * swing[k])]
             speed = 180 if u == "deg" else 1500
-            out.append(f'[[joint]]\nname = "{name}"\nrole = "{"arm" if name[0] == "A" else "carriage"}"\ntype = "{kind}"')
+            out.append(
+                f'[[joint]]\nname = "{name}"\nrole = "{"arm" if name[0] == "A" else "carriage"}"\ntype = "{kind}"'
+            )
             out.append(f"dh = {{ alpha_deg = {alpha}, a_mm = {a}, theta_deg = {theta}, d_mm = {d} }}")
             out.append(f"axis = {{ sign = {self.signs[k]}, offset_{u} = {self.offsets[k]} }}")
-            out.append(f"home_{u} = {home[k]:.6f}\nreference_{u} = {home[k]:.6f}")
+            out.append(f"home_{u} = {self.home[k]}\nreference_{u} = {self.home[k]}")  # of q, ranges of the axis
             out.append(
                 f"limits = {{ range_{u} = {wide}, speed_{u}_s = {speed}, acceleration_{u}_s2 = {4 * speed}, "
-                f"jerk_{u}_s3 = {40 * speed} }}\nstanding = \"datasheet\"\n"
+                f'jerk_{u}_s3 = {40 * speed} }}\nstanding = "datasheet"\n'
             )
         out.append(f'[tool]\nflange_to_tool = {list(self.tool)}\nstanding = "assumed"\n')
         out.append(f'[load]\npayload_kg = {self.masses[-1][1]}\nstanding = "datasheet"\n')
@@ -189,7 +190,8 @@ def polar_arm():
         (5, 8.0, (0, 0, 30)),
         (6, 12.0, (20, 0, 80)),
     )
-    return Machine("polar_arm", "Spherical arm with a sliding boom", ARM, rows, "RRPRRR", (-1, 1, 1, 1, 1, -1), (0, -90, 1250, 0, 0, 0),
+    return Machine("polar_arm", "Spherical arm with a sliding boom", ARM, rows, "RRPRRR",
+        (-1, 1, 1, 1, 1, -1), (0, -90, 1250, 0, 0, 0),
         (0, 78, 0, 20, -60, 0), (45, 20, 260, 50, 30, 80), (0, 0, 0, 0, 0, 0), DOWN, masses,
         (1.5e-6, 9e-7, 2e-8, 1.2e-5, 1.2e-5, 2.5e-5), (120, 160, 40, 60, 60, 50))  # fmt: skip
 
@@ -205,14 +207,23 @@ def shoulder_arm():
         (5, 0.4, (0, 0, 10)),
         (6, 2.4, (0, 15, 60)),
     )
-    return Machine("shoulder_arm", "Small arm, shoulder beside its column", ARM, rows, "RRRRRR", (1, 1, -1, 1, 1, 1), (0, 0, 0, 0, 0, 0),
+    return Machine("shoulder_arm", "Small arm, shoulder beside its column", ARM, rows, "RRRRRR",
+        (1, 1, -1, 1, 1, 1), (0, 0, 0, 0, 0, 0),
         (10, -45, 135, 0, 70, 0), (50, 24, 26, 60, 36, 90), (0, 0, 0, 0, 0, 0), DOWN, masses,
         (1.2e-5, 1e-5, 1.8e-5, 7e-5, 8e-5, 1.1e-4), (63, 107, 54, 76, 72, 77), told=False)  # fmt: skip
 
 
 def climbing_arm():
     """An arm on a rail that climbs by 20 degrees."""
-    rows = ((-70, 0, 90, 0), (-90, 350, 0, 780), (0, 1150, -90, 0), (-90, 60, 0, 0), (90, 0, 0, 1220), (-90, 0, 0, 0), (0, 0, 0, 220))
+    rows = (
+        (-70, 0, 90, 0),
+        (-90, 350, 0, 780),
+        (0, 1150, -90, 0),
+        (-90, 60, 0, 0),
+        (90, 0, 0, 1220),
+        (-90, 0, 0, 0),
+        (0, 0, 0, 220),
+    )
     masses = (
         (1, 420.0, (0, 0, -80)),
         (2, 330.0, (-150, 90, 0)),
@@ -223,14 +234,21 @@ def climbing_arm():
         (7, 60.0, (60, -20, 140)),
     )
     return Machine("climbing_arm", "Arm of 60 kg on a rail that climbs", ("E1", *ARM), rows, "PRRRRRR", (1, 1, 1, -1, 1, 1, 1),
-        (0, 0, -90, 0, 0, 0, 0), (700, -20, 22, 38, 0, 40, 0), (260, 38, 22, 24, 50, 34, 60), (0, 0, 300, 0, 70, 0), (40, 0, 230, 0, 180, 0), masses,
+        (0, 0, -90, 0, 0, 0, 0), (700, -20, 22, 38, 0, 40, 0), (260, 38, 22, 24, 50, 34, 60), (0, 0, 300, 0, 70, 0),
+        (40, 0, 230, 0, 180, 0), masses,
         (6e-9, 4e-7, 3.5e-7, 5e-7, 3e-6, 4e-6, 8e-6), (12, 171, 171, 160, 125, 120, 90))  # fmt: skip
 
 
 def five_arm():
     """Three level axes one behind the other and a roll: five axes."""
     rows = ((-90, 120, 0, 430), (0, 560, -90, 0), (0, 480, 90, 0), (-90, 60, -90, 0), (0, 0, 0, 170))
-    masses = ((1, 45.0, (-60, 30, 0)), (2, 26.0, (-290, 0, 50)), (3, 19.0, (-230, 0, 30)), (4, 7.0, (0, 10, 40)), (5, 6.0, (15, 0, 70)))
+    masses = (
+        (1, 45.0, (-60, 30, 0)),
+        (2, 26.0, (-290, 0, 50)),
+        (3, 19.0, (-230, 0, 30)),
+        (4, 7.0, (0, 10, 40)),
+        (5, 6.0, (15, 0, 70)),
+    )
     return Machine("five_arm", "Five axes, three of them level", ARM[:5], rows, "RRRRR", (1, 1, 1, -1, 1), (0, 0, 0, 90, 0),
         (0, 30, 15, 30, 0), (50, 28, 32, 36, 80), (100, 50, 0, 30, 0, 0), DOWN, masses,
         (4e-6, 3.5e-6, 5e-6, 1.8e-5, 5e-5), (101, 121, 101, 89, 50))  # fmt: skip

@@ -1,4 +1,4 @@
-"""How they move: milling paths before a tracker, poses at rest, drives alone; a run on a fine clock, of which some rows are logged."""
+"""How they move: milling paths, poses at rest, drives alone; a run on a fine clock, of which some rows are logged."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Run:
 
 
 def reached(machine, points, z, weight=0.25):
-    """Axis values whose tips are at `points` and whose tool leans as `z` as far as it can, all from home (so that they are continuous)."""
+    """Axis values whose tips are at `points`, the tool along `z` as far as it can; all from home, so that they are continuous."""
     q = np.tile(machine.middle, (len(points), 1))
     for _ in range(40):
         tip, j = machine.tip(q), machine.jacobian(q)
@@ -92,7 +92,10 @@ def _slot(size, rng):
     s = np.linspace(0, 1, 900)
     forth = 1 - np.abs(1 - 2 * s)
     turn = 2 * np.pi * 14 * s
-    p = np.stack([size * (forth - 0.5) + 0.12 * size * np.cos(turn), 0.12 * size * np.sin(turn), -0.1 * size * (s > 0.5) * 1.0], 1)
+    p = np.stack(
+        [size * (forth - 0.5) + 0.12 * size * np.cos(turn), 0.12 * size * np.sin(turn), -0.1 * size * (s > 0.5) * 1.0],
+        1,
+    )
     p[:, 2] = np.convolve(np.pad(p[:, 2], 10, "edge"), np.ones(21) / 21, "valid")
     return p, np.zeros((900, 2)), np.ones(900)
 
@@ -104,7 +107,9 @@ def _blade(size, rng):
     for level in range(6):
         x, y = 0.5 * np.cos(turn), 0.14 * np.sin(turn) * (1 - 0.55 * np.cos(turn)) + 0.1 * np.cos(turn) ** 2
         w = 0.14 * level
-        out.append(np.stack([x * np.cos(w) - y * np.sin(w), x * np.sin(w) + y * np.cos(w), np.full(150, 0.09 * level)], 1))
+        out.append(
+            np.stack([x * np.cos(w) - y * np.sin(w), x * np.sin(w) + y * np.cos(w), np.full(150, 0.09 * level)], 1)
+        )
     p = size * np.concatenate(out)
     lean = 0.25 * np.concatenate([np.stack([np.cos(turn), np.sin(turn)], 1)] * 6)
     return p, lean, np.ones(900)

@@ -1,4 +1,4 @@
-"""Causes that the library has a name for. Each draws what it is, and gives a function of run and size, and the size it can have at most."""
+"""Causes that the library has a name for: what each is, as a function of a run and a size, and the most that it can be."""
 
 from __future__ import annotations
 
@@ -85,12 +85,18 @@ def joint_compliance(m, rng):
     """Gears that give by a power of the torque a little below one."""
     ks = axes_of(m, rng, 2, 3, [k for k in range(m.n) if m.kinds[k] == "R"][1:5])
     soft = _on(m, ks, rng.uniform(0.6, 1.6, len(ks))) * np.array(m.soft)
-    return Cause("joint_compliance", shifted("true", lambda run: soft * np.sign(run.load) * np.abs(run.load) ** 0.92), 1.0, 6.0, _said(m, ks))
+    return Cause(
+        "joint_compliance",
+        shifted("true", lambda run: soft * np.sign(run.load) * np.abs(run.load) ** 0.92),
+        1.0,
+        6.0,
+        _said(m, ks),
+    )
 
 
 def payload(m, rng):
-    """A spindle with its cables and clamps weighs more than was told and sits askew: all gears give, and the base a little."""
-    centre = tuple(rng.uniform(-120, 120, 2)) + (float(rng.uniform(0, 250)),)
+    """A spindle with its cables and clamps weighs more than was told and sits askew: all gears give."""
+    centre = (*rng.uniform(-120, 120, 2), rng.uniform(0, 250))
     more = m.masses[-1][1] * rng.choice([-0.5, 1.0])
 
     def value(run):
@@ -192,7 +198,9 @@ def thermal_drift(m, rng):
         out = Shift.none(run)
         warm = size * share * (1 - np.exp(-((run.late[:, None] / tau) ** 0.7)))
         out.twist[:, 1:-1, 0] = 12e-6 * warm * length[:, 0]
-        up = np.array([[np.sin(np.radians(r[0])), np.cos(np.radians(r[0]))] for r in m.rows])  # d lies along the row's own z
+        up = np.array(
+            [[np.sin(np.radians(r[0])), np.cos(np.radians(r[0]))] for r in m.rows]
+        )  # d lies along the row's own z
         out.twist[:, 1:-1, 1:3] = 12e-6 * (warm * length[:, 1])[..., None] * up
         out.true = turn * warm
         return out

@@ -11,7 +11,7 @@ from .machines import small
 
 @dataclass
 class Shift:
-    """`enc`: encoder less set-point; `true`: axis less encoder (N, n); `twist` (N, n + 2, 6); `off`, `turn`: of what is read (N, 3)."""
+    """`enc`: encoder less set-point, `true`: axis less encoder, (N, n); `twist` (N, n + 2, 6); `off`, `turn` of readings."""
 
     enc: np.ndarray
     true: np.ndarray
@@ -50,7 +50,7 @@ def rms(off):
 
 
 def seen(run, shift, frame_known, target):
-    """What the shift does to the tool's place, m (N, 3), less what an unknown frame and target take up; of drives, at the encoders."""
+    """What it does to the tool's place in m, less what an unknown frame and target take up; of drives, at the encoders."""
     if run.kind == "drives":
         return run.machine.tip(run.c + shift.enc)[:, :3, 3] - run.points
     off = (read(run, shift, target) - read(run, Shift.none(run), target))[:, :3, 3]

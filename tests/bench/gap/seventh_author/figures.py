@@ -1,0 +1,137 @@
+"""Figures of the seventh author's cases, from labels and diagnosis.json; intervals and calibration are the house's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gap.score import CLAIM, calibration, of
+
+ALL_OF = 0.95  # of the probability that a reported set holds
+
+
+def claims(d):
+    """{name: its entry} of what is claimed."""
+    return {e["effect"]: e for e in d["effects"] if e["probability"] >= CLAIM}
+
+
+def flagged(d):
+    return d["unknown"]["probability"] >= CLAIM or d["status"] in ("unexplained", "partly explained")
+
+
+def told(d):
+    """Names in the fewest alternatives that hold 95 %."""
+    sets = sorted(d["alternatives"], key=lambda a: -a["probability"])
+    held = np.cumsum([a["probability"] for a in sets])
+    return {n for a in sets[: int(np.searchsorted(held, ALL_OF - 1e-9)) + 1] for n in a["effects"]}
+
+
+def outcome(name, effect, truth, d):
+    """Of one cause: right, right up to what these logs can't tell apart, contained, unknown, wrong or missed."""
+    said = claims(d)
+    like = set(effect["alike"])
+    if name in said:
+        return "right"
+    if any(n in like or name in (e.get("class") or []) for n, e in said.items()):
+        return "alike"
+    if name in told(d):
+        return "contained"
+    if flagged(d):
+        return "unknown"
+    return "wrong" if set(said) - set(truth) else "missed"
+
+
+def figures(labels, answers):
+    rows = [(n, labels[n], a["diagnosis"]) for n, a in sorted(answers.items()) if "diagnosis" in a]
+    known = [(n, t, d) for n, t, d in rows if t["kind"] in ("one", "two", "three")]
+    foreign = [(n, t, d) for n, t, d in rows if t["kind"] == "outside"]
+    quiet = [(n, t, d) for n, t, d in rows if t["kind"] == "none"]
+    each = [(n, k, e, outcome(k, e, t["effects"], d), t) for n, t, d in known for k, e in t["effects"].items()]
+    like = {n: set(t["effects"]) | {x for e in t["effects"].values() for x in e["alike"]} for n, t, _ in known}
+    stated = [
+        (e["probability"], e["effect"] in t["effects"])
+        for _, t, d in rows
+        for e in d["effects"]
+        if t["kind"] != "outside"
+    ]
+    stated += [(e["probability"], False) for _, _, d in foreign for e in d["effects"]]
+    shrinks = {
+        n: (d["together"]["shrink"], 1 - t["perfect"]["rms_after_mm"] / t["perfect"]["rms_before_mm"])
+        for n, t, d in known
+    }
+    out = {
+        "no answer": {n: a["error"] for n, a in answers.items() if "diagnosis" not in a},
+        "answered": of("diagnosis" in a for a in answers.values()),
+        "false alarms, nothing wrong": of(bool(claims(d)) or d["status"] != "no gap" for _, _, d in quiet),
+        "foreign: said to be unknown": of(flagged(d) for _, _, d in foreign),
+        "foreign: a name above 0.8 that doesn't look the same": of(
+            any(p["probability"] > 0.8 and p["effect"] not in e["alike"] for p in d["effects"])
+            for _, t, d in foreign
+            for e in t["effects"].values()
+        ),
+        "foreign: the right axis first, where it has one": of(
+            (d["unknown"]["where"]["axes"] or [""])[0] in e["axes"]
+            for _, t, d in foreign
+            for e in t["effects"].values()
+            if e["axes"]
+        ),
+        "foreign: the right thing followed": of(
+            e["follows"] in d["unknown"]["where"]["regimes"][:1] for _, t, d in foreign for e in t["effects"].values()
+        ),
+        "recall by name": of(o == "right" for *_, o, _ in each),
+        "recall up to its like": of(o in ("right", "alike") for *_, o, _ in each),
+        "in the reported set, or alike": of(o in ("right", "alike", "contained") for *_, o, _ in each),
+        "precision by name": of(k in t["effects"] for _, t, d in known for k in claims(d)),
+        "precision up to its like": of(k in like[n] for n, _, d in known for k in claims(d)),
+        "right axes, of those claimed by name": of(
+            set(claims(d)[k]["axes"]) == set(e["axes"])
+            for _, t, d in known
+            for k, e in t["effects"].items()
+            if k in claims(d) and e["axes"]
+        ),
+        "exact sets by name": of(set(claims(d)) == set(t["effects"]) for _, t, d in known),
+        "unknown said where a leftover at least as large as the noise is": of(
+            flagged(d) for _, t, d in known if t["left_mm"] >= t["noise_mm"]
+        ),
+        "unknown said where none is": of(flagged(d) for _, t, d in known if not t["left_mm"]),
+        "calibration of names": calibration(stated),
+        "shrinkage reached and possible": {str(n): s for n, s in shrinks.items()},
+    }
+    out["outcomes"] = [
+        {"case": n, "cause": k, "size": e["size"], "left_mm": t["left_mm"], "log": t["log"], "outcome": o}
+        for n, k, e, o, t in each
+    ]
+    return out
+
+
+def report(labels, answers):
+    """A page and the figures behind it."""
+    got = figures(labels, answers)
+    lines = [
+        "# A seventh author's cases: what was reached",
+        "",
+        f"{len(answers)} of {len(labels)} cases were put to the diagnosis.",
+        "",
+    ]
+    lines += ["| figure | share | of | 95 % |", "| --- | --- | --- | --- |"]
+    for name, value in got.items():
+        if isinstance(value, dict) and "hits" in value and value["count"]:
+            share, (low, high) = 100 * value["share"], (100 * x for x in value["interval"])
+            lines.append(
+                f"| {name} | {share:.0f} % | {value['hits']} of {value['count']} | {low:.0f} to {high:.0f} % |"
+            )
+    if got["calibration of names"]["error"] is not None:
+        lines += ["", f"Calibration error of names: {got['calibration of names']['error']:.3f}."]
+    lines += [
+        "",
+        "| case | log | cause | times the noise | leftover, mm | outcome |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    lines += [
+        f"| {r['case']} | {r['log']} | {r['cause']} | {r['size']:.3g} | {r['left_mm']:.3g} | {r['outcome']} |"
+        for r in got["outcomes"]
+    ]
+    lines += [
+        f"\nCase {n} got no answer: {e.strip().splitlines()[-1] if e.strip() else 'no diagnosis.json'}"
+        for n, e in got["no answer"].items()
+    ]
+    return "\n".join(lines) + "\n", got
