@@ -99,7 +99,7 @@ def _rms(off):
     return float(np.sqrt((off**2).sum(-1).mean()))
 
 
-@pytest.mark.parametrize("number", [26, 15, 13, 5])
+@pytest.mark.parametrize("number", [26, 4, 5])
 def test_files_hold_what_the_label_says(number, tmp_path) -> None:
     case = made(TRIED, number)
     case.how |= {

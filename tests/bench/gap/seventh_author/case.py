@@ -90,6 +90,8 @@ def sized(case, cause, want):
     size = min(cause.first, cause.most)
     for _ in range(8):
         now = rms(case.seen(case.runs[-1], [(cause, size)]))
+        if abs(now - want) < 1e-4 * want:
+            break
         size = min(size * float(np.clip(want / max(now, 1e-12), 0.02, 50.0)), cause.most)
     return size
 
@@ -147,12 +149,15 @@ def made(seed, number):
         rng = np.random.default_rng([seed, 1 + number, again])
         chosen = rng.choice(able)
         machine = next(m() for m in MACHINES if m.__name__ == chosen)
+        runs = _runs(machine, log, rng)
+        if any(np.any(np.abs(run.q - machine.middle) > 3 * np.array(machine.swing) * machine.units) for run in runs):
+            continue  # beyond its ranges
         sigma = (
             float(np.exp(rng.uniform(np.log(0.01), np.log(0.05))))
             if log != "drives"
             else float(rng.uniform(2e-4, 8e-4))
         )
-        case = Case(seed, number, kind, _runs(machine, log, rng), [], [], sigma, _how(log, asks, names, rng))
+        case = Case(seed, number, kind, runs, [], [], sigma, _how(log, asks, names, rng))
         floor = 0.0
         if share is not None:
             floor = min(share * case.noise, 1.2)

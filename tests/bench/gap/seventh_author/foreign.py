@@ -11,7 +11,7 @@ from .shift import Shift
 
 
 def brush_hood(m, rng):
-    """A suction hood whose bristles press on the plate: below a height they push the tool up, the more the lower."""
+    """A suction hood whose bristles press on each job's plate: below a height they push the tool up, the more the lower."""
     part = rng.uniform(0.4, 0.7)
 
     def value(run):
@@ -40,13 +40,14 @@ def draught(m, rng):
 def breakaway(m, rng):
     """A collision guard behind the tool opens where the tool is accelerated beyond its preload."""
 
+    preload = rng.uniform(0.02, 0.05)  # as an acceleration, m/s2
+
     def make(run, size):
         out = Shift.none(run)
         speed = np.einsum("nij,nj->ni", m.jacobian(run.c)[:, :3], run.at(run.v))
         t = run.t[run.pick]
         push = -np.einsum("nji,nj->ni", run.frames[-1][:, :3, :3], np.gradient(speed, t, axis=0))[:, :2]
         much = np.linalg.norm(push, axis=1)
-        preload = np.quantile(much, 0.6)
         over = np.maximum(much - preload, 0) / preload
         lean = size * np.minimum(over, 3.0)[:, None] * push / (much[:, None] + 1e-9)
         out.twist[:, -1, 0], out.twist[:, -1, 1] = lean[:, 0], lean[:, 1]
@@ -61,7 +62,7 @@ def table_sector(m, rng):
     low, high = np.sort(rng.uniform(-0.5, 0.5, 2) + np.array([-0.25, 0.25]))
 
     def value(run):
-        x = (run.c[:, k] - m.middle[k]) / np.ptp(run.q[:, k])
+        x = (run.c[:, k] - m.middle[k]) / (2 * m.swing[k] * m.units[k])
         edge = 0.03
         return np.eye(m.n)[k] * (np.clip((x - low) / edge, 0, 1) * np.clip((high - x) / edge, 0, 1))[:, None]
 
@@ -74,7 +75,7 @@ def seal_drag(m, rng):
 
     def value(run):
         v = run.at(run.v)[:, i]
-        return np.eye(m.n)[k] * np.tanh(v / (1.5 * v.std() + 1e-12))[:, None]
+        return np.eye(m.n)[k] * np.tanh(v / 0.3)[:, None]
 
     return Cause("seal_drag", shifted("enc", value), 1e-4, np.inf, (m.names[k],), "setpoint_to_encoder", "speed")
 
@@ -121,12 +122,11 @@ def levelling(m, rng):
 
 def plume(m, rng):
     """Warm air over a motor bends the tracker's beam where it passes: a bump in space, as an eddy's slope has it."""
-    near = rng.uniform(-0.5, 0.5, 3)
+    at = m.tip(m.middle)[0, :3, 3] + rng.uniform(-0.25, 0.25, 3) * m.reach
     way = np.cross(rng.normal(size=3), [0, 0, 1.0])
 
     def value(run):
-        wide = np.ptp(run.points, axis=0).max() * 0.22
-        u = (run.points - run.points.mean(0) - near * np.ptp(run.points, axis=0) * 0.6) / wide
+        u = (run.points - at) / (0.2 * m.reach)
         bump = np.exp(-(u**2).sum(1) / 2)
         return (bump * (1 + u[:, 2]))[:, None] * way / np.linalg.norm(way)
 
@@ -165,12 +165,12 @@ def leftover(m, rng, kind):
         own = own / (np.abs(m.jacobian(m.middle)[0, :3]).max(0) + 0.2)
         if kind == "drives":
             v = np.abs(run.at(run.v))
-            out.enc = size * own / (1 + v / (v.mean(0) + 1e-9))
+            out.enc = size * own / (1 + v / 0.2)
             return out
         out.true = 0.5 * size * own
-        strain = np.tanh(run.load / heft)
+        strain = np.tanh(run.load / heft) - np.tanh(m.load(m.middle) / heft)
         for a, w in zip(at, mix, strict=True):
-            out.twist[:, a] = 0.5 * size * (strain - strain.mean(0)) @ w.T
+            out.twist[:, a] = 0.5 * size * strain @ w.T
         return out
 
     return Cause("leftover", make, 1e-4, np.inf)

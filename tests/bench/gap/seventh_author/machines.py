@@ -62,8 +62,10 @@ class Machine:
 
     @property
     def reach(self):
-        """Rough length of the arm, m."""
-        return float(sum(abs(r[1]) + abs(r[3]) for r in self.rows)) / 1e3 * 0.7
+        """By how much a turn of one axis at most moves the tool, at home, m/rad."""
+        return float(
+            np.linalg.norm(self.jacobian(self.middle)[0, :3] * (np.array(list(self.kinds)) == "R"), axis=0).max()
+        )
 
     def axes(self, q):
         """As a controller prints them."""
@@ -209,7 +211,7 @@ def shoulder_arm():
     )
     return Machine("shoulder_arm", "Small arm, shoulder beside its column", ARM, rows, "RRRRRR",
         (1, 1, -1, 1, 1, 1), (0, 0, 0, 0, 0, 0),
-        (10, -45, 135, 0, 70, 0), (50, 24, 26, 60, 36, 90), (0, 0, 0, 0, 0, 0), DOWN, masses,
+        (10, -60, 180, 0, 60, 0), (50, 24, 26, 60, 36, 90), (0, 0, 0, 0, 0, 0), DOWN, masses,
         (1.2e-5, 1e-5, 1.8e-5, 7e-5, 8e-5, 1.1e-4), (63, 107, 54, 76, 72, 77), told=False)  # fmt: skip
 
 

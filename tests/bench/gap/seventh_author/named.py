@@ -150,15 +150,14 @@ def hysteresis(m, rng):
     def make(run, size):
         out = Shift.none(run)
         for k in ks:
-            x = (run.q[:, k] - run.q[:, k].mean()) / (np.ptp(run.q[:, k]) / 2 + 1e-9)
-            state = np.where(mid < 0, 1.0, -1.0)
+            x = (run.q[:, k] - m.middle[k]) / (0.5 * m.swing[k] * m.units[k])
+            state = np.where(mid < x[0], 1.0, -1.0)
             loop = np.empty(len(x))
             for i, at in enumerate(x):
                 state = np.where(at > mid + wide, 1.0, np.where(at < mid - wide, -1.0, state))
-                loop[i] = state.mean()
-            # what follows posture alone is no hysteresis: the curve without width is taken off
-            plain = np.tanh(1.6 * x)
-            out.true[:, k] = -size * run.at(loop - plain * (loop @ plain) / (plain @ plain))
+                # less what relays of no width would do: that follows posture alone
+                loop[i] = (state - np.sign(at - mid)).mean()
+            out.true[:, k] = size * run.at(loop)
         return out
 
     return Cause("hysteresis", make, 1e-4, 0.03 * ARC, _said(m, ks))
@@ -215,8 +214,12 @@ def track(m, rng):
     def value(run):
         s = 2 * np.pi * run.c[:, 0] / gap + phase
         out = np.zeros((len(s), m.n + 2, 6))
-        out[:, 1, 2], out[:, 1, 0] = np.cos(s) - 0.3 * np.cos(2 * s), side * np.sin(s)
-        out[:, 1, 1], out[:, 1, 3] = scale * run.c[:, 0], 2 * np.pi / gap * 0.5 * np.sin(s) * 0.3
+        high, climb = np.cos(s) - 0.3 * np.cos(2 * s), np.radians(20)
+        along = scale * run.c[:, 0]  # behind the rail's row x is across, y level and against it, z up
+        out[:, 1, 0] = side * np.sin(s)
+        out[:, 1, 1] = high * np.sin(climb) - along * np.cos(climb)
+        out[:, 1, 2] = high * np.cos(climb) + along * np.sin(climb)
+        out[:, 1, 3] = 0.3 * np.pi / gap * np.sin(s)
         return out
 
     return Cause("track", shifted("twist", value), 1e-4, 6e-4)
@@ -327,7 +330,7 @@ def cutting_force(m, rng):
         gears = np.einsum("nij,j,nkj,nk->ni", j, np.array(m.soft), j, run.force)
         return 1e-7 * (across * (run.force - push) + along * push) + 0.5 * gears
 
-    return Cause("cutting_force", shifted("off", value), 1.0, 12.0)
+    return Cause("cutting_force", shifted("off", value), 1.0, 6.0)
 
 
 def measurement_scale(m, rng):
