@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from .named import NAMED
@@ -64,36 +66,47 @@ def _units(run, n):
     }
 
 
-def _pattern(case, run, shift):
-    """What a shift does to a log, the stages apart where both are logged."""
+def _some(run):
+    """Which of a log's rows are looked at; all of a set of poses."""
+    return np.linspace(0, len(run.pick) - 1, min(ROWS, len(run.pick))).astype(int)
+
+
+def _pattern(case, run, shift, at_rest):
+    """What a shift does to a log, (N, 3) or the stages apart, (2 N, 3), where both are logged; `at_rest`: read without any."""
     servo = np.einsum("nij,nj->ni", run.machine.jacobian(run.c)[:, :3], shift.enc)
     if run.kind == "drives":
-        both = [servo]
-    else:
-        whole = (read(run, shift, case.how["target"]) - read(run, Shift.none(run), case.how["target"]))[:, :3, 3]
-        both = [whole] if case.how["lacks"] else [servo, whole - servo]
-    rows = np.linspace(0, len(run.c) - 1, min(ROWS, len(run.c))).astype(int)
-    return np.concatenate([b[rows].ravel() for b in both])
+        return [servo]
+    whole = read(run, shift, case.how["target"])[:, :3, 3] - at_rest
+    return [whole] if case.how["lacks"] else [servo, whole - servo]
+
+
+def _at_rest(case, run):
+    return read(run, Shift.none(run), case.how["target"])[:, :3, 3]
 
 
 def _matrix(case, names):
     """{name: patterns over all logs, a column a parameter}."""
     blocks = {name: [] for name in names}
-    for run in case.runs:
-        units = _units(run, run.machine.n)
+    for whole in case.runs:
+        run = replace(whole, pick=whole.pick[_some(whole)])
+        units, at_rest = _units(run, run.machine.n), _at_rest(case, run)
         for name in names:
             columns = []
             for field, value in units[name]:
+                most = np.abs(value).max() + 1e-12
                 shift = Shift.none(run)
-                getattr(shift, field)[...] = 1e-6 * value / (np.abs(value).max() + 1e-12)
-                columns.append(_pattern(case, run, shift) * (np.abs(value).max() + 1e-12))
+                getattr(shift, field)[...] = 1e-6 * value / most  # as small as a linear pattern wants
+                columns.append(np.concatenate(_pattern(case, run, shift, at_rest)).ravel() * most)
             blocks[name].append(columns)
     return {k: np.concatenate([np.array(c).T for c in b]) for k, b in blocks.items() if all(b)}
 
 
 def alike(case, cause, size):
     """Other names whose parameters give a cause's pattern back by a correlation above 0.99, after an unknown frame and target."""
-    mine = np.concatenate([_pattern(case, run, cause.make(run, size)) for run in case.runs])
+    mine = []
+    for run in case.runs:
+        mine += [b[_some(run)].ravel() for b in _pattern(case, run, cause.make(run, size), _at_rest(case, run))]
+    mine = np.concatenate(mine)
     names = [n for n in [*NAMED, "measurement_frame"] if n not in ("gear_ripple", "motor_commutation", cause.name)]
     if case.how["frame"] == "unknown":
         names = [n for n in names if n not in ("frame_base", "measurement_frame")]
