@@ -16,7 +16,7 @@ from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.closing.added_targets import meant_rows
-from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, off_path_size
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.closing.loop_file import LoopJob, Rehearsal, read_loop_job
 from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
 from camrob.jobs.compensate import compensate
@@ -36,7 +36,7 @@ from camrob.prediction.read_force import read_force
 from camrob.progress import Progress
 from camrob.report.closing.page import ledger_report
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
-from camrob.summaries.compensate_summary import CompensateSummary
+from camrob.summaries.compensate_summary import CompensateSummary, OffPathSize
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import m_to_mm, mm_to_m
 
@@ -228,7 +228,7 @@ class _Loop:
             what = f"{turn.program} holds a different number of motions from {self.intended.name}"
             raise VerificationError(f"{what}; begin the loop anew in an empty folder")
         seen = measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows)
-        self.seen[turn.turn], size = seen, off_path_size(seen.off)
+        self.seen[turn.turn], size = seen, _size(seen.off)
         noise = log.info.sigma_position
         self.logs.append(path)
         self.turns[-1] = replace(
@@ -348,6 +348,15 @@ def _fitted(diagnosis: Path) -> Path | None:
     """The constants that a diagnosis handed over, where there are any."""
     file = diagnosis / "fitted.toml"
     return file if file.is_file() else None
+
+
+def _size(distance: Array) -> OffPathSize:
+    """The figures of measured distances (K,), m, by rows."""
+    return OffPathSize(
+        rms_mm=m_to_mm(float(np.sqrt(np.mean(distance**2)))),
+        p95_mm=m_to_mm(float(np.quantile(distance, 0.95))),
+        max_mm=m_to_mm(float(np.max(distance))),
+    )
 
 
 def _rivals(said: DiagnosisSummary) -> bool:

@@ -136,14 +136,14 @@ class CuttingForce:
 
     def in_base(self, base_T_tool: Array, t: Array, area: Array | None = None) -> Array:
         """(N, 3) N in `base` along a run (N, 4, 4) with times (N,) s; area: (N,) m2 that is cut across the feed on the way to
-        each row.
+        each row. Of forces along and across the feed there is the share of the feed that goes across the tool: in a plunge a
+        tooth cuts all round, and they cancel out.
         """
         tip, z = base_T_tool[:, :3, 3], base_T_tool[:, :3, 2]
         rate = np.gradient(tip, t, axis=0)
         x = rate - np.sum(rate * z, axis=1, keepdims=True) * z
         speed = np.linalg.norm(rate, axis=1)
-        level = np.linalg.norm(x, axis=1)
-        x = np.where((level > _STANDS)[:, None], x / np.maximum(level, _STANDS)[:, None], 0.0)
+        x /= np.maximum(speed, _STANDS)[:, None]
         along, across, axial = self.mean(np.where(speed > _STANDS, speed, 0.0), area).T[:, :, None]
         return np.asarray(along * x + across * np.cross(z, x) + axial * z)
 

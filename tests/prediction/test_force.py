@@ -18,6 +18,8 @@ from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, Moves
 from camrob.cutting.engagement import removed_area
 from camrob.errors import InputError
+from camrob.jobs.closing.diagnosed_machine import OffWay
+from camrob.jobs.compensate import compensate
 from camrob.jobs.predict import predict
 from camrob.jobs.solving.machine_errors import machine_errors
 from camrob.jobs.solving.sought import Sought
@@ -90,6 +92,46 @@ def force_file(folder: Path, text: str) -> Path:
 
 
 MEAN = "[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n"
+
+
+@pytest.mark.parametrize(("across", "down"), [(1.0, 0.0), (1.0, 1.0), (0.001, 1.0), (0.0, 1.0)])
+def test_a_plunge_is_not_pushed_aside(across: float, down: float, tmp_path: Path) -> None:
+    """Of 60 N against the feed and 30 N across it there is the share of the feed that goes across the tool: none in a plunge, a
+    thousandth where it drifts by that, and never all of it at the least drift.
+    """
+    force = read_force(force_file(tmp_path, MEAN))
+    t = np.linspace(0.0, 1.0, 11)
+    poses = np.tile(np.eye(4), (11, 1, 1))
+    poses[:, :3, 3] = 5.0 * MM * t[:, None] * np.array([across, 0.0, -down])
+    share = across / np.hypot(across, down)
+    np.testing.assert_allclose(force.in_base(poses, t)[5], [-60.0 * share, 30.0 * share, 20.0], atol=1e-9)
+
+
+def test_what_is_off_counts_by_the_way_not_by_the_time() -> None:
+    """95 mm in 5 rows that are off by 1 mm, 5 mm of a slow plunge in 95 rows that are off by 3: the mean square is
+    0.95 x 1 + 0.05 x 9 mm2, and 95 % of the way are within 1 mm, where 95 of 100 rows are off by 3.
+    """
+    off = OffWay(np.repeat([1.0, 3.0], [5, 95]), np.repeat([19.0, 5.0 / 95], [5, 95]), np.repeat([0, 1], [5, 95]))
+    assert off.mean_square() == pytest.approx(1.4)
+    assert off.within(0.94) == 1.0 and off.within(0.96) == 3.0
+    np.testing.assert_allclose(off.by_motion(3), [1.0, 3.0, 0.0])
+
+
+@pytest.mark.slow
+def test_the_deflection_of_an_engraving_is_taken_off_where_it_cuts(program: Path, tmp_path: Path) -> None:
+    """A tool that gives 2 um/N across and 0.5 along, 20 N across and 30 N along the tool: 0.040 and 0.015 mm off the path; 40 N
+    against the feed only hold it back. At most a half of that may stay, and plunges that suffer for it are said.
+    """
+    force = force_file(
+        tmp_path,
+        "[mean]\nalong_n = -40\nacross_n = 20\naxial_n = 30\n[tool]\nacross_um_n = 2\nalong_um_n = 0.5\n",
+    )
+    said = compensate(program, cell=CELL, force=force, out=tmp_path / "out").summary
+    assert said.machine is not None and said.machine.causes == (CAUSE,)
+    assert said.machine.before.p95_mm == pytest.approx(np.hypot(0.040, 0.015), rel=0.05)
+    assert said.machine.after.p95_mm < 0.5 * said.machine.before.p95_mm
+    told = next(w for w in said.warnings if w.code == "farther-off")
+    assert told.line > 0 and "farther off the path than before" in told.text
 
 
 @pytest.mark.parametrize("measured", [True, False])

@@ -18,8 +18,8 @@ from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import Replay, replay
 from camrob.errors import SingularError, UnreachableError
 from camrob.findings import Finding, Severity
-from camrob.jobs.closing.added_targets import lines_added, places_to_add, with_targets_added
-from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, off_path_size, shifted
+from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, OffWay, off_path_size, shifted
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.program.language import Language
 from camrob.program.motion import Motion
@@ -35,6 +35,9 @@ Array = NDArray[np.float64]
 _ROUNDS = 2  # corrections on the machine as diagnosed: the second takes what the first has changed
 _BETTER = 0.98  # of the mean square off the path: a round that takes less than that off is not worth another program
 _SLACK = 1.1  # by so much 95 % of the way may be farther off where the mean square is less
+_FARTHER = (
+    1e-5  # m rms by which a motion that is farther off than before is told: less than half of what any arm repeats to
+)
 _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
 
 
@@ -63,7 +66,7 @@ class Correction:
         self.targets = np.asarray(self.planned.base_T_tool)
         self.result, self.left = self._compensated(self.targets)
         self.on_machine: OnDiagnosedMachine | None = None
-        self.off_path, self.more = np.zeros(0), False
+        self.off_path, self.more = OffWay(np.zeros(0), np.zeros(0), np.zeros(0, np.int64)), False
 
     def tell(self, stage: str) -> Share:
         """What one stage tells."""
@@ -89,16 +92,16 @@ class Correction:
             program = self.rewritten(np.asarray(self.result.q), Path(scratch))[0]
             return known.run(program, progress=progress)
 
-    def meet_on(self, known: DiagnosedMachine) -> Array:
+    def meet_on(self, known: DiagnosedMachine) -> OffWay:
         """Take off the targets what the machine as diagnosed does beyond the calibrated chain, while that brings the tool nearer
         to the path: most of it is taken at once, as errors are smooth beside corrections.
 
-        Returns (K,) m off the path with the chain's constants corrected; what stays is `off_path`.
+        Returns how far it is off with the chain's constants corrected; what stays is `off_path`.
         """
         intended = programmed_path(self.text, self.planned)
         report = self.tell("run on the machine as diagnosed")
 
-        def run(turn: int) -> tuple[MachineRun, Array]:
+        def run(turn: int) -> tuple[MachineRun, OffWay]:
             now = self.run_on(known, lambda share: report((turn + share) / (_ROUNDS + 1)))
             return now, now.off_path(intended)
 
@@ -116,11 +119,9 @@ class Correction:
         return constants
 
 
-def _worth(off: Array, best: Array) -> bool:
-    """Whether distances off the path, m, are worth another program than the one with the `best` so far."""
-    return bool(
-        np.mean(off**2) < _BETTER * np.mean(best**2) and np.quantile(off, 0.95) <= _SLACK * np.quantile(best, 0.95)
-    )
+def _worth(off: OffWay, best: OffWay) -> bool:
+    """Whether a run is worth another program than the one with the `best` so far."""
+    return off.mean_square() < _BETTER * best.mean_square() and off.within(0.95) <= _SLACK * best.within(0.95)
 
 
 def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> Correction:
@@ -137,6 +138,8 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         finer.meet_on(known)
         if _worth(finer.off_path, made.off_path):
             added, made = lines_added(made.text, places), finer
+    if made.more:
+        made.left += _farther(before, made, meant_rows(made.text, added))
     made.on_machine = OnDiagnosedMachine(
         diagnosis=known.name,
         causes=as_it_was.further_causes() if made.more else (),
@@ -148,6 +151,26 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         after=off_path_size(made.off_path),
     )
     return made
+
+
+def _farther(before: OffWay, made: Correction, meant: NDArray[np.int64]) -> list[Finding]:
+    """What comes out farther off the path than it was, as its ends are those of cuts that are corrected (a plunge). meant: (M,)
+    the motion of the program as it was that each of the motions is part of.
+    """
+    count = int(meant[-1]) + 1
+    was = before.by_motion(count)
+    now = made.off_path._replace(motion=meant[made.off_path.motion]).by_motion(count)
+    rows = np.flatnonzero(now > was + _FARTHER)
+    if not len(rows):
+        return []
+    worst = int(rows[np.argmax(now[rows] - was[rows])])
+    line = int(made.text.line[np.searchsorted(meant, worst, side="right") - 1])
+    lines = f"{len(rows)} lines and arcs come" if len(rows) > 1 else "1 line or arc comes"
+    what = (
+        f"{lines} out farther off the path than before, the worst at {m_to_mm(now[worst]):.3f} mm rms for "
+        f"{m_to_mm(was[worst]):.3f}: their ends are moved for the cuts beside them; look whether they touch the part"
+    )
+    return [Finding("farther-off", what, line=line, count=len(rows))]
 
 
 def _followed(planned: Replay) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from camrob.se3 import rotation_exp
 from camrob.summaries.compensate_summary import OffPathSize
 from camrob.units import m_to_mm
 
-__all__ = ["DiagnosedMachine", "MachineRun", "off_path_size", "shifted"]
+__all__ = ["DiagnosedMachine", "MachineRun", "OffWay", "off_path_size", "shifted"]
 
 Array = NDArray[np.float64]
 
@@ -75,6 +76,36 @@ class DiagnosedMachine:
             cuts=np.asarray(cuts[motion]),
             assumed=False,
         )
+
+
+class OffWay(NamedTuple):
+    """At rows of a run along lines and arcs: how far the tool is off the path (K,), m; the way (K,) since the row before, m, by
+    which that counts, as surface is made by the way and not by the time that it takes; and the motion (K,) that the row is of.
+    """
+
+    off: Array
+    way: Array
+    motion: NDArray[np.int64]
+
+    def mean_square(self) -> float:
+        """Of the distance, m2, over the way."""
+        return float(np.average(self.off**2, weights=self.way)) if self.way.sum() > 0.0 else 0.0
+
+    def within(self, share: float) -> float:
+        """The distance, m, that is kept on a share of the way."""
+        order = np.argsort(self.off)
+        done = np.cumsum(self.way[order])
+        return float(self.off[order][min(np.searchsorted(done, share * done[-1]), len(order) - 1)])
+
+    def worst(self) -> float:
+        """The largest distance, m."""
+        return float(np.max(self.off))
+
+    def by_motion(self, count: int) -> Array:
+        """(count,) m rms over the way of each motion; 0 where none is told."""
+        way = np.bincount(self.motion, weights=self.way, minlength=count)
+        square = np.bincount(self.motion, weights=self.way * self.off**2, minlength=count)
+        return np.asarray(np.sqrt(np.divide(square, way, out=np.zeros(count), where=way > 0.0)))
 
 
 @dataclass(frozen=True)
@@ -138,15 +169,16 @@ class MachineRun:
         }
         return tuple(c.name for c in self.path.causes if c.name not in constant)
 
-    def off_path(self, intended: ProgrammedPath) -> Array:
-        """(K,) m from the tool's place to the intended path, at the rows of motions along lines and arcs."""
+    def off_path(self, intended: ProgrammedPath) -> OffWay:
+        """From the tool's place to the intended path, at the rows of motions along lines and arcs."""
         tip = self.path.true[:, :3, 3]
         if intended.in_world:
             frames = world_T_base(self.cell, self.cell.to_q(self.log.setpoints(self.cell.axis_names)))
             tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
         cutting = np.asarray(self.program.kind)[self.motion] >= Motion.LIN
-        nearest = nearest_on_path(tip[cutting], intended, self.motion[cutting])[0]
-        return np.asarray(np.linalg.norm(tip[cutting] - nearest, axis=1))
+        motion = self.motion[cutting]
+        nearest = nearest_on_path(tip[cutting], intended, motion)[0]
+        return OffWay(np.linalg.norm(tip[cutting] - nearest, axis=1), self.way.step[cutting], motion)
 
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
@@ -163,10 +195,10 @@ def shifted(targets: Array, twists: Array) -> Array:
     return np.asarray(out)
 
 
-def off_path_size(distance: Array) -> OffPathSize:
-    """The figures of distances (K,), m."""
+def off_path_size(found: OffWay) -> OffPathSize:
+    """The figures of a run."""
     return OffPathSize(
-        rms_mm=m_to_mm(float(np.sqrt(np.mean(distance**2)))),
-        p95_mm=m_to_mm(float(np.quantile(distance, 0.95))),
-        max_mm=m_to_mm(float(np.max(distance))),
+        rms_mm=m_to_mm(float(np.sqrt(found.mean_square()))),
+        p95_mm=m_to_mm(found.within(0.95)),
+        max_mm=m_to_mm(found.worst()),
     )
