@@ -10,6 +10,7 @@ from camrob.cell.read_cell import read_toml
 from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.prediction.force_model import CuttingForce, Milling, Stated
+from camrob.prediction.materials import MATERIAL_DOUBT, MATERIALS
 from camrob.units import mm_min_to_m_s, mm_to_m, um_to_m
 
 __all__ = ["read_force"]
@@ -25,16 +26,19 @@ _KINDS = ("tangential", "radial", "axial")
 def read_force(path: Path) -> CuttingForce:
     """The force model of a file. Raises InputError with file and key for what is wrong."""
     table = TableReader(read_toml(Path(path), InputError), Path(path), error=InputError)
-    doubt = table.number("doubt", lower=0.0, upper=2.0) if "doubt" in table else _DOUBT
     if ("mean" in table) == ("milling" in table):
         raise table.fail("mean", "is given with [milling], or both are missing", "give [mean] or [milling]")
     if "mean" in table:
         mean = table.table("mean")
         along = [mean.number(f"{k}_n", lower=-_MOST, upper=_MOST) for k in ("along", "across", "axial")]
         model: Stated | Milling = Stated(np.array(along))
+        usual = _DOUBT
         mean.finish()
     else:
-        model = _milling(table.table("milling"))
+        milling = table.table("milling")
+        usual = MATERIAL_DOUBT if "material" in milling else _DOUBT
+        model = _milling(milling)
+    doubt = table.number("doubt", lower=0.0, upper=2.0) if "doubt" in table else usual
     give = np.zeros(2)
     if "tool" in table:
         tool = table.table("tool")
@@ -48,9 +52,16 @@ def read_force(path: Path) -> CuttingForce:
 
 
 def _milling(table: TableReader) -> Milling:
-    chip = np.array([table.number(f"{k}_n_mm2", lower=-_MOST, upper=_MOST) for k in _KINDS])
     named = [f"{k}_edge_n_mm" for k in _KINDS]
-    edge = np.array([table.number(k, lower=-_MOST, upper=_MOST) if k in table else 0.0 for k in named])
+    if "material" in table:
+        material = MATERIALS[table.text("material", choices=tuple(MATERIALS))]
+        for key in (*(f"{k}_n_mm2" for k in _KINDS), *named):
+            if key in table:
+                raise table.fail(key, "is given beside material", "give the material, or all coefficients")
+        chip, edge = np.array(material.chip), np.array(material.edge)
+    else:
+        chip = np.array([table.number(f"{k}_n_mm2", lower=-_MOST, upper=_MOST) for k in _KINDS])
+        edge = np.array([table.number(k, lower=-_MOST, upper=_MOST) if k in table else 0.0 for k in named])
     diameter = mm_to_m(table.number("diameter_mm", lower=1e-3, upper=1e3))
     depth, width = (
         mm_to_m(table.number(k, lower=1e-4, upper=1e3)) if k in table else float("nan")

@@ -94,6 +94,20 @@ def force_file(folder: Path, text: str) -> Path:
 MEAN = "[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n"
 
 
+MILL = "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 12000\ndepth_mm = 2\nwidth_mm = 6\n"
+
+
+def test_a_material_stands_for_its_coefficients(tmp_path: Path) -> None:
+    """A slot in Al7075-T6, 0.05 mm a tooth and 2 mm deep, by hand: 2 x 2/4 x 168.8 x 0.05 + 2 x 2/pi x 26.6 = 42.31 N hold it
+    back; with its tangential coefficients 38.35 + 35.27 = 73.62 N push across.
+    """
+    force = read_force(force_file(tmp_path, MILL + 'material = "al7075-t6"\n'))
+    along, across, _ = force.mean(np.array([0.05 * MM * 2 * TURN]))[0]
+    assert (along, across) == (pytest.approx(-42.31, abs=0.05), pytest.approx(73.62, abs=0.05))
+    assert force.doubt == pytest.approx(np.std([600.46, 767.01, 951.365, 1319.41], ddof=1) / 909.6, abs=0.01)
+    assert read_force(force_file(tmp_path, "doubt = 0.1\n" + MILL + 'material = "al6082-t6"\n')).doubt == 0.1
+
+
 @pytest.mark.parametrize(("across", "down"), [(1.0, 0.0), (1.0, 1.0), (0.001, 1.0), (0.0, 1.0)])
 def test_a_plunge_is_not_pushed_aside(across: float, down: float, tmp_path: Path) -> None:
     """Of 60 N against the feed and 30 N across it there is the share of the feed that goes across the tool: none in a plunge, a
@@ -217,6 +231,8 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
         (MEAN + "[milling]\nteeth = 2\n", "mean"),
         ("[mean]\nalong_n = nan\nacross_n = 0\naxial_n = 0\n", "mean.along_n"),
         (MEAN + "wrong = 3\n", "wrong"),
+        (MILL + 'material = "cheese"\n', "milling.material"),
+        (MILL + 'material = "al6082-t6"\nradial_edge_n_mm = 3\n', "milling.radial_edge_n_mm: is given beside material"),
         (
             "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 7\ntangential_n_mm2 = 1\nradial_n_mm2 = 1\n"
             "axial_n_mm2 = 1\n",
