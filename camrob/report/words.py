@@ -25,7 +25,7 @@ def shown_number(value: object, decimals: int = 1) -> str:
         return "-"
     if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
         return f"{value:.1e}"
-    return f"{value:,.{decimals}f}".replace(",", " ")
+    return f"{value:,.{decimals}f}"
 
 
 def shown_blocks(blocks: BlockTime, what: str = "motions") -> str:

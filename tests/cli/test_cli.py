@@ -143,7 +143,7 @@ def test_the_summary_for_a_person(plant: Plant, capsys: pytest.CaptureFixture[st
     assert lines[0] == "1 warning to read first" and "line 33" in lines[1]
     text = " ".join(shown.out.split())
     for expected in (
-        "12 345 in 2 regions",
+        "12,345 in 2 regions",
         "5 min 10 s as programmed; 3 min 42 s at the fastest safe feed",
         "1/k_F lowest 0.450, mean 0.610",
         "A2 3.0 deg, A5 12.3 deg, A6 55.0 deg, E1 400.0 mm",

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import colorsys
 import io
+import re
 from dataclasses import replace
 
+import numpy as np
 from rich.console import Console
 
 from camrob.report.place.page import place_report
+from camrob.report.place.place_map import place_map
 from camrob.report.place.terminal_text import render_place
 from camrob.summaries.place_summary import Placement, PlaceSummary, PlaceTrial
 
@@ -68,3 +72,10 @@ def test_the_page_says_what_room_a_better_place_costs() -> None:
     for best, said in ((closer, True), (near, False)):
         summary = PlaceSummary(now=now, best=best, stays=False, others=(), refused={}, **common)
         assert ("The least clearance falls from 12.5 to 3.0 mm." in place_report(summary, "<svg></svg>")) is said
+
+
+def test_a_map_is_red_where_it_is_low_and_blue_where_it_is_good_as_the_other_maps_are() -> None:
+    xyz = np.array([[0.0, 0.0, 200.0], [10.0, 0.0, 200.0], [20.0, 0.0, 200.0]])
+    drawn = place_map("t", xyz, np.array([0.4, 0.0, 0.7]), 2, 0, ["", "", ""])
+    low, good = (colorsys.hls_to_rgb(float(h) / 360.0, 0.45, 0.7) for h in re.findall(r"hsl\((\d+),70%,45%\)", drawn))
+    assert low[0] > low[2] and good[2] > good[0] and "0.400 (red) to 0.700 (blue)" in drawn

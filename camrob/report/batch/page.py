@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import quote
@@ -49,7 +50,7 @@ def _verdict(summary: BatchSummary) -> str:
 
 def _failures(summary: BatchSummary, names: Mapping[int, str]) -> str:
     rows = [
-        [f"{_tag(job)}<br>{escape(names[job.index])}", "<br>".join(escape(r) for r in reasons)]
+        [f"{_tag(job)}<br>{_breakable(names[job.index])}", "<br>".join(escape(r) for r in reasons)]
         for job in summary.jobs
         if (reasons := _reasons(job))
     ]
@@ -85,11 +86,16 @@ def _tag(job: JobFigures) -> str:
     return f'<span class="tag {_TAGS.get(job.status, "error")}">{JOB_STATUS.get(job.status, "?")}</span>'
 
 
+def _breakable(path: str) -> str:
+    """A path in HTML that a narrow column breaks behind its separators, not amid a word."""
+    return re.sub(r"([/\\_-])", r"\1<wbr>", escape(path))
+
+
 def _row(job: JobFigures, name: str, folder: Path) -> list[str]:
     least = job.least_margin
     again = f" {job.attempts} attempts" if job.attempts > 1 else ""
     return [
-        f"{_tag(job)}{again} {escape(job.verb)} {_link(job, folder)}<br>{escape(name)}",
+        f"{_tag(job)}{again} {escape(job.verb)} {_link(job, folder)}<br>{_breakable(name)}",
         number(job.points, 0),
         number(job.lowest_inv_kf, 3),
         "–" if least is None else f"{escape(least[1])} {number(least[0], 1)}",

@@ -17,6 +17,7 @@ _DRAWN = 1.6  # times its own pixels, so that it fills a page's width with three
 _CELL = 26.0  # pixels: room for a number of two decimals
 _LEFT, _TOP, _GAP = 64.0, 54.0, 40.0  # pixels: margins for labels, and between two panels
 _WIDTH = 560.0  # that the words below need
+_BEST_HUE = 215.0  # degrees; red is low and blue is good, as on every other page
 
 
 def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, refused: Sequence[str]) -> str:
@@ -50,7 +51,7 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
     for j, y in enumerate(ys[::-1]):
         out.append(_label(_LEFT - 6.0, _TOP + (j + 0.65) * _CELL, f"{y:g}", "end"))
     below = _TOP + len(ys) * _CELL + 40.0
-    legend = f"X across, Y up, mm in base. Colour: mean + worst bound of 1/k_F, {low:.3f} (blue) to {high:.3f} (yellow)"
+    legend = f"X across, Y up, mm in base. Colour: mean + worst bound of 1/k_F, {low:.3f} (red) to {high:.3f} (blue)"
     out.append(_label(10.0, below, legend, "start"))
     marks = "ring: proposal, cross: now, grey: out of reach, hatched: refused"
     out.append(_label(10.0, below + 16.0, marks, "start"))
@@ -66,7 +67,7 @@ def _label(x: float, y: float, text: str, anchor: str) -> str:
 def _cell(x: float, y: float, place: Array, value: float, low: float, high: float, refused: str) -> Sequence[str]:
     """One placement."""
     share = (value - low) / max(high - low, 1e-9)
-    color = "#ddd" if value <= 0.0 else f"hsl({240.0 - 180.0 * share:.0f},70%,{35.0 + 30.0 * share:.0f}%)"
+    color = "#ddd" if value <= 0.0 else f"hsl({_BEST_HUE * share:.0f},70%,45%)"
     said = "out of reach" if value <= 0.0 else f"{value:.4f}" + (f"; refused: {refused}" if refused else "")
     hint = f"<title>{escape(f'X {place[0]:g} Y {place[1]:g} Z {place[2]:g}: {said}')}</title>"
     side = _CELL - 1.0

@@ -41,7 +41,7 @@ def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
         table.add_column(heading, justify="right")
     for point in plan.curve:
         taken = point.name == plan.chosen
-        moved = [f"{point.travel.get(key, 0.0):,.0f}".replace(",", " ") for key in keys]
+        moved = [f"{point.travel.get(key, 0.0):,.0f}" for key in keys]
         figures = [f"{point.inv_kf_mean:.3f}", f"{point.inv_kf_min:.3f}", f"{100.0 * point.share_of_bound:.2f}"]
         table.add_row("->" if taken else "", Text(point.name), *figures, *moved, style="bold" if taken else "")
     table.add_row("", "bound", f"{plan.bound_mean:.3f}", f"{plan.bound_min:.3f}", "100.00", style="green")
