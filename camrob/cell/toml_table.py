@@ -22,6 +22,11 @@ _MOST_FAULTS = 7  # things that are wrong, beside the first
 PROVENANCES = ("datasheet", "paper", "measured", "assumed")
 
 
+def _range(lower: float, upper: float) -> str:
+    """What to give for a number that is not within bounds, one of which may be none."""
+    return f"give a number from {lower:g} " + ("up" if upper == math.inf else f"to {upper:g}")
+
+
 def _finite(value: Any) -> bool:
     """True for a number that float64 can hold."""
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -125,7 +130,7 @@ class TableReader:
         if not _finite(value):
             raise self.fail(key, f"is {_shown(value)}", "give a finite number")
         if not lower <= value <= upper:
-            raise self.fail(key, f"is {value:g}", f"give a number from {lower:g} to {upper:g}")
+            raise self.fail(key, f"is {value:g}", _range(lower, upper))
         self._note_provenance(key)
         return float(value)
 
