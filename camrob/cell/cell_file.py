@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from camrob.errors import CellError
 
-__all__ = ["CELL_FILE", "cell_file"]
+__all__ = ["CELL_FILE", "cell_file", "toml_cure"]
 
 CELL_FILE = "cell.toml"
 
@@ -22,3 +23,14 @@ def cell_file(path: Path) -> Path:
     if os.path.isdir(path) and not os.path.lexists(file):
         raise CellError(f"there is no {CELL_FILE} in this folder", hint=hint, path=path)
     return file
+
+
+def toml_cure(path: Path, line: int) -> str:
+    """What to do about a line that is no TOML: two slips of whoever comes from Windows, or from a country of decimal commas."""
+    rows = path.read_bytes().decode("utf-8-sig").splitlines()
+    row = rows[line - 1] if 0 < line <= len(rows) else ""
+    if re.search(r'"[^"]*\\', row):
+        return "write paths with /, or between single quotes"
+    if re.search(r"=\s*-?\d+,\d+\s*(#.*)?$", row):
+        return "write a decimal point for the comma"
+    return "correct that place"

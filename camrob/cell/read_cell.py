@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.bare_arm import BareArm, read_bare_arm
 from camrob.cell.cell import Cell
-from camrob.cell.cell_file import cell_file
+from camrob.cell.cell_file import cell_file, toml_cure
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
@@ -52,20 +52,9 @@ def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, obje
         found = re.search(r" \(at line (\d+), column (\d+)\)$", str(e))
         what = str(e)[: found.start()] + f" at column {found[2]}" if found else str(e)
         line = int(found[1]) if found else 0
-        raise error(f"is not valid TOML: {what[:200]}", hint=_cure(path, line), path=path, line=line) from None
+        raise error(f"is not valid TOML: {what[:200]}", hint=toml_cure(path, line), path=path, line=line) from None
     except (RecursionError, ValueError) as e:
         raise error(f"is not valid TOML: {str(e)[:200]}", hint="correct that place", path=path) from None
-
-
-def _cure(path: Path, line: int) -> str:
-    """What to do about a line that is no TOML: two slips of whoever comes from Windows, or from a country of decimal commas."""
-    rows = path.read_bytes().decode("utf-8-sig").splitlines()
-    row = rows[line - 1] if 0 < line <= len(rows) else ""
-    if re.search(r'"[^"]*\\', row):
-        return "write paths with /, or between single quotes"
-    if re.search(r"=\s*-?\d+,\d+\s*(#.*)?$", row):
-        return "write a decimal point for the comma"
-    return "correct that place"
 
 
 def frame_of(xyzabc_mm_deg: Array) -> Array:
