@@ -41,11 +41,10 @@ Severity, LiveOptions, Progress, Share, and PostResult, ..., one a verb: its
 `summary`, a PostSummary, ..., has in attributes what --json prints (to_json).
 Within results: ToolPathInBase, Simulation, Placements, TapeLine, PredictedSurface,
 Calibration (with CalibrationEvidence in a CalibrationFit), TruePath, RsiServer,
-TrackerSession with its CycleLog.
+TrackerSession with its CycleLog; in a Setup MachineTool, whose axes G-code names.
 
-Errors: CamrobError is the root. InputError and its kin: an input is wrong, and
-the message says where and what to do. JobError and its kin: the job can't be
-done safely, and no program is left behind. `help("camrob.errors")` draws the tree.
+Errors, all of CamrobError (`help("camrob.errors")`): InputError and its kin say where
+an input is wrong; JobError and its kin: no program can be made safely, none is left.
 
 Lengths in arguments are in mm where their names say so, paths are pathlib's.
 Every name is loaded when it is first asked for: `import camrob` is light.
@@ -112,6 +111,7 @@ if TYPE_CHECKING:
     from camrob.loop.rsi.cycle_log import CycleLog
     from camrob.loop.rsi.server import RsiServer
     from camrob.loop.rsi.session import TrackerSession
+    from camrob.machine_tool import MachineTool
     from camrob.measurement.log import MeasurementLog
     from camrob.measurement.read_log import read_log
     from camrob.prediction.surface import PredictedSurface
@@ -175,6 +175,7 @@ __all__ = [
     "LimitError",
     "LiveOptions",
     "LogError",
+    "MachineTool",
     "MeasurementLog",
     "PlaceResult",
     "PlaceSummary",
@@ -276,6 +277,7 @@ _HOME = {
     "FeedSummary": "camrob.summaries.feed_summary",
     "Finding": "camrob.findings",
     "LiveOptions": "camrob.jobs.files.track_options",
+    "MachineTool": "camrob.machine_tool",
     "MeasurementLog": "camrob.measurement.log",
     "PlaceResult": "camrob.jobs.place",
     "PlaceSummary": "camrob.summaries.place_summary",

@@ -16,9 +16,10 @@ from camrob.cell.read_cell import frame_of, read_toml
 from camrob.cell.setup import Body, Clamping, Setup, ToolSetup
 from camrob.cell.toml_table import TableReader
 from camrob.errors import SetupError
+from camrob.machine_tool import FEEDS, Feed, MachineTool, RotaryAxis
 from camrob.units import INCH_MM, m_to_mm, mm_min_to_m_s, mm_to_m
 
-__all__ = ["read_clampings", "read_setup"]
+__all__ = ["read_clampings", "read_machine_tool", "read_setup"]
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,8 @@ HEAVIEST_KG = 1000.0  # no arm that mills carries more
 FARTHEST_MASS_MM = 5000.0  # nor farther off its flange
 FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
 LAST_LINE = 10**9  # no CL file has more lines
+FARTHEST_AXIS_MM = 20_000.0  # no machine tool's rotary axis lies farther from the part
+LONGEST_MM = 2000.0  # no tool is longer
 WIDEST_MM = 2000.0  # of a holder: no spindle's is wider or longer
 _ROUNDING = 1e-3  # of a ball's radius, given to a few digits
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off")
@@ -83,6 +86,7 @@ def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None)
         wear="cutter_compensation" in table and table.text("cutter_compensation", choices=("wear",)) == "wear",
         decimate=_number(table, "decimate_mm", 0.0, 10.0, mm_to_m) or 0.0,
         tolerance=_number(table, "tolerance_mm", 1e-3, 10.0, mm_to_m),
+        machine=_machine(table),
         part=_body(table, "part"),
         stock=_body(table, "stock"),
         clampings=clampings,
@@ -164,6 +168,18 @@ def _dialect(table: TableReader) -> str:
     if not re.fullmatch(r"[a-z0-9][a-z0-9_-]{0,31}", name):
         raise table.fail("dialect", f"is {name[:40]!r}", "give a name such as nx-clsf")
     return name
+
+
+def _machine(table: TableReader) -> MachineTool | None:
+    """The machine tool that a program is for, in a file beside the set-up; None where it names none."""
+    if "machine" not in table:
+        return None
+    name = table.text("machine")
+    if Path(name).name != name or not os.path.isfile(table.path.parent / name):
+        raise table.fail(
+            "machine", f"{name[:60]!r} is not a file beside this one", "put it there, name it without a path"
+        )
+    return read_machine_tool(table.path.parent / name)
 
 
 def _tools(table: TableReader, several: bool, cell: Cell) -> tuple[ToolSetup, ...]:
@@ -256,3 +272,65 @@ def _body(parent: TableReader, key: str) -> Body | None:
         body = Body(table.path.parent / name, _MESH_UNITS[unit])
     table.finish()
     return body
+
+
+def read_machine_tool(path: Path) -> MachineTool:
+    """The machine in a file. Raises SetupError by file and key.
+
+    Keys, lengths in mm (docs/reference/controls.md says how to find them):
+
+        feed = "linear"                what F counts where a block turns axes: "linear" X, Y and Z alone; "all": degrees, too
+        [[table]]                      an axis that carries the part; several from the machine's bed on
+        word = "A"
+        direction = [-1, 0, 0]         about which a positive word turns what the axis carries, right-handedly
+        point_mm = [0, 0, -120]        a point of the axis from the program's zero
+        [[head]]                       likewise what carries the tool; its point from the spindle's gauge line
+        lengths_mm = [[1, 120.5]]      with a head: tool number (0: any) and its length from the gauge line
+    """
+    table = TableReader(read_toml(path, SetupError), path, error=SetupError)
+    feed: Feed = ""
+    if "feed" in table:
+        feed = "all" if table.text("feed", choices=FEEDS) == "all" else "linear"
+    parts, heads = table.tables("table"), table.tables("head")
+    lengths = _lengths(table)
+    machine = MachineTool(tuple(map(_rotary_axis, parts)), tuple(map(_rotary_axis, heads)), lengths, feed)
+    table.finish()
+    axes = (*machine.table, *machine.head)
+    if not axes:
+        raise table.fail(
+            "table", "is missing, and so is head", "name the machine's rotary axes as [[table]] or [[head]]"
+        )
+    if len(machine.words) < len(axes):
+        raise table.fail("table", "and head name a word twice", "give every rotary axis the letter of its own")
+    if machine.head and not lengths:
+        raise table.fail(
+            "lengths_mm", "is missing beside a head", "give [[tool number, length from the gauge line], ...]"
+        )
+    return machine
+
+
+def _rotary_axis(table: TableReader) -> RotaryAxis:
+    """One [[table]] or [[head]]."""
+    word = table.text("word", choices=("A", "B", "C"))
+    direction = table.vector("direction", 3)
+    size = float(np.linalg.norm(direction))
+    if not 1e-3 < size < 1e3:
+        raise table.fail("direction", "has no direction", "give a vector such as [0, 0, 1]")
+    point_mm = table.vector("point_mm", 3)
+    if np.max(np.abs(point_mm)) > FARTHEST_AXIS_MM:
+        raise table.fail("point_mm", f"lies more than {FARTHEST_AXIS_MM:g} mm off", "give X, Y, Z in mm")
+    table.finish()
+    return RotaryAxis(word, direction / size, mm_to_m(point_mm))
+
+
+def _lengths(table: TableReader) -> dict[int, float]:
+    """Tools' lengths (m) by their numbers."""
+    if "lengths_mm" not in table:
+        return {}
+    rows = table.vectors("lengths_mm", 2)
+    numbers = rows[:, 0]
+    if np.any(numbers != np.floor(numbers)) or np.any(numbers < 0) or len(np.unique(numbers)) < len(numbers):
+        raise table.fail("lengths_mm", "has a tool number that is not whole, or twice", "give [[number, length], ...]")
+    if np.any(rows[:, 1] <= 0.0) or np.any(rows[:, 1] > LONGEST_MM):
+        raise table.fail("lengths_mm", f"has a length that is not between 0 and {LONGEST_MM:g}", "give lengths in mm")
+    return {int(number): float(mm_to_m(length)) for number, length in rows}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import SetupError
 from camrob.frozen import digest, locked
+from camrob.machine_tool import MachineTool
 
 __all__ = ["Body", "Clamping", "Setup", "ToolSetup"]
 
@@ -85,8 +86,9 @@ class Setup:
     before its first cut, or without a speed (0: none). clearance: m, how far void motions lift the tool along its axis.
     chord_tolerance: m, for arcs and curves that become points. wear: paths with cutter radius compensation are the tool centre's.
     decimate: m, points nearer than this to their neighbours' chord are left out (0: none). tolerance: m, that the machine's
-    speed may carry the tool off across its way. part, stock: bodies for collision checks. clampings: of a part that is worked
-    from several sides, by the CL file's lines; clamping: the name of that which `base_T_part` is of.
+    speed may carry the tool off across its way. machine: whose own axes a G-code program names. part, stock: bodies for
+    collision checks. clampings: of a part that is worked from several sides, by the CL file's lines; clamping: the name of that
+    which `base_T_part` is of.
 
     Keys of the file (none is needed), lengths in mm and angles in degrees:
 
@@ -96,6 +98,7 @@ class Setup:
         clearance_mm = 50              chord_tolerance_mm = 0.01        decimate_mm = 0
         tolerance_mm = 0.05            with a diagnosis of the machine: the feed is lowered where its speed does more
         cutter_compensation = "wear"   G41, G42, RL, RR, CUTCOM: the path is the tool centre's, offsets hold wear only
+        machine = "mill.toml"          G-code in a machine's own axes: the file beside this one that describes them
         [tool]                         one tool for all numbers; or [[tool]] for each, with number = 1
         name = "ball 6"
         flange_to_tool = [X, Y, Z, A, B, C]      the cell's `$TOOL` where it is left out
@@ -124,6 +127,7 @@ class Setup:
     decimate: float = 0.0
     tolerance: float | None = None
     wear: bool = False
+    machine: MachineTool | None = None
     part: Body | None = None
     stock: Body | None = None
     clampings: tuple[Clamping, ...] = ()
@@ -165,6 +169,7 @@ class Setup:
         choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
         kept = (
             *((self.wear,) if self.wear else ()),
+            *(() if self.machine is None else ("machine", *self.machine.key)),
             *(() if self.tolerance is None else ("tolerance", self.tolerance)),
             *(word for pair in sorted(self.numbers.items()) for word in pair),
         )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from camrob.errors import InputError, ToolpathError
+from camrob.machine_tool import MachineTool
 from camrob.progress import Share
 from camrob.toolpath.apt.dialects.registry import DIALECTS
 from camrob.toolpath.apt.read_apt import read_cl
@@ -35,23 +36,23 @@ def read_toolpath(
     diameters: Mapping[int, float] | None = None,
     wear: bool = False,
     numbers: Mapping[str, int] | None = None,
+    machine_tool: MachineTool | None = None,
     progress: Share | None = None,
 ) -> Toolpath:
     """Read CL data (NX, Creo, CATIA, CAMWorks, Makino, plain APT) or 5-axis G-code; which one is recognised.
 
     Args:
         path: the file.
-        dialect: forces one by name: "nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata", "apt",
-            "gcode".
+        dialect: forces one: "nx-clsf", "creo-ncl", "catia-apt", "camworks-apt", "camworks-clt", "makino-cldata", "apt", "gcode".
         units: "mm" or "inch", over the file's own.
         chord_tolerance: m within which arcs and curves become points.
         angle_tolerance: rad, the same of the tool's axis.
         feed: m/s where the file states none before its first cut, with a finding.
         spindle_rpm: rev/min where the file starts no spindle before its first cut, with a finding.
         diameters: m by tool number, 0 for any, for surface speeds where the file names no cutter.
-        wear: paths with cutter radius compensation are the tool centre's, and its offsets hold wear only; else they are refused
-            where the control would have to offset them.
+        wear: paths with cutter radius compensation are the tool centre's, its offsets hold wear only; else they may be refused.
         numbers: of the set-up's tools by their names in lower case, for G-code that calls tools by names.
+        machine_tool: the machine whose own axes a G-code program names.
         progress: called with the share that is read, 0 to 1.
 
     Returns:
@@ -89,7 +90,11 @@ def read_toolpath(
                 angle_tolerance=angle_tolerance,
                 defaults=defaults,
                 kinematics=_kinematics(dialect, place),
+                machine_tool=machine_tool,
             )
+        elif machine_tool is not None:
+            hint = "take machine out of setup.toml, or hand over the machine's G-code"
+            raise ToolpathError("the set-up names a machine, whose axes CL data doesn't hold", hint=hint)
         else:
             toolpath = read_cl(
                 place,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from camrob.errors import SetupError
 from camrob.witness.fields import Fields, read_toml
 from camrob.witness.frames import frame
+from camrob.witness.machine_tool import MachineTool, named_by
 from camrob.witness.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
 __all__ = ["Body", "Job", "Tool", "no_job", "read_job"]
@@ -61,6 +62,7 @@ class Job:
     clearance: float | None = None
     units: str | None = None
     dialect: str | None = None
+    machine: MachineTool | None = None  # whose own axes a G-code program names
     wear: bool = False  # compensated paths are the tool centre's
     lines: Mapping[str, tuple[int, int]] = field(default_factory=dict)  # of the CL file, first and last, by clamping
     given: bool = True  # False: there is no set-up, and all of this is assumed
@@ -228,9 +230,8 @@ def read_job(path: Path, clamping: str | None = None) -> Job:
     """The set-up of a setup.toml, as it is in one of its clampings where it has some. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
     base_T_part, lines = _placed(top, clamping)
-    top.none_but(
-        "part_in_base", "clamping", "tool", "part", "stock", *_MEASURES, *_LENGTHS, *_OF_OTHERS, "spindle_rpm", *_WORDS
-    )
+    known = ("part_in_base", "clamping", "tool", "part", "stock", "spindle_rpm", "machine")
+    top.none_but(*known, *_MEASURES, *_LENGTHS, *_OF_OTHERS, *_WORDS)
     if "cutter_compensation" in top and top.text("cutter_compensation") != "wear":
         raise top.wrong("cutter_compensation", "is not 'wear'", 'write "wear", or leave it out')
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}
@@ -253,5 +254,6 @@ def read_job(path: Path, clamping: str | None = None) -> Job:
         clearance=clearance,
         units=top.text("units") if "units" in top else None,
         dialect=top.text("dialect") if "dialect" in top else None,
+        machine=named_by(top),
         wear="cutter_compensation" in top,
     )

@@ -93,8 +93,7 @@ def judge(
     clamping: str | None = None,
     usual_rapid: float | None = None,
 ) -> Verdict:
-    """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file as a set-up places it (by default the
-    setup.toml beside it, where there is one).
+    """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file by a set-up (else the one beside it).
 
     Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
     what set-up and file say. slower_allowed: why cuts may be slower than the file says. begin: the CL file's line from which on
@@ -154,6 +153,7 @@ def _story(clfile: Path, job: Job, dialect: str | None, units: str | None, begin
         tools={number: tool.diameter for number, tool in job.tools.items() if tool.diameter},
         wear=job.wear,
         numbers=job.numbers,
+        machine=job.machine,
     )
     if clamping is not None:
         story = in_clamping(story, job.lines, clamping)

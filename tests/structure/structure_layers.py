@@ -38,6 +38,7 @@ ROWS = (
     ("bodies",),
     ("kinematics", "dynamics"),
     ("cell", "toolpath", "measurement"),
+    ("machine_tool",),
     ("se3", "frame_steps", "triples", "small_matrices", "product_grid", "summaries"),
     ("frozen", "findings", "shipped", "compiler"),
     ("errors", "compiled"),

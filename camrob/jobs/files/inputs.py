@@ -128,6 +128,7 @@ def read_inputs(
         diameters={tool.number or 0: tool.diameter for tool in job.tools if tool.diameter},
         wear=job.wear,
         numbers=job.numbers,
+        machine_tool=job.machine,
         progress=progress,
         **tolerance,
     )

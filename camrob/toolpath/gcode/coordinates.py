@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
+from camrob.machine_tool import MachineTool, placed, reach, rotary_axes, unknown_axes
 from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame
 from camrob.units import deg_to_rad, rad_to_deg
 
-__all__ = ["Stance", "ToolFrame", "Triple", "euler", "rotary_axes", "unknown_axes"]
+__all__ = ["Stance", "ToolFrame", "Triple"]
 
 _LINEAR = {"X": 0, "Y": 1, "Z": 2}
 _ROTARY = {"A": 0, "B": 1, "C": 2}
@@ -37,59 +38,19 @@ class Stance:
         self.vector = vector
 
 
-def rotary_axes(kinematics: str, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit tool axes (N, 3) in the part's frame for rotary angles A, B, C (N, 3), rad.
-
-    XYZAC: (sin A sin C, sin A cos C, cos A); XYZBC: (-sin B cos C, sin B sin C, cos B): LinuxCNC's table-table
-    machines with the tool centre point on. Anything else is a three-axis machine: (0, 0, 1).
-    """
-    c = angles[:, 2]
-    if kinematics == "xyzac":
-        a = angles[:, 0]
-        return np.stack((np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)), axis=1)
-    if kinematics == "xyzbc":
-        b = angles[:, 1]
-        return np.stack((-np.sin(b) * np.cos(c), np.sin(b) * np.sin(c), np.cos(b)), axis=1)
-    if kinematics == "unknown" and np.any(np.abs(np.sin(0.5 * angles)) > _TURNED):
-        raise unknown_axes()
-    return np.broadcast_to(_UPRIGHT, (len(angles), 3)).copy()
-
-
-def unknown_axes() -> ToolpathError:
-    """That nobody has said how the rotary axes turn, as an error to be raised."""
-    return ToolpathError(
-        "which way the rotary axes turn the tool is the machine's own, and the program doesn't say it",
-        hint="--dialect gcode-xyzac-iso or gcode-xyzbc-iso (signs by ISO 841), gcode-xyzac or gcode-xyzbc (the table's own)"
-        ", or post tool vectors",
-    )
-
-
-def euler(order: str, angles: tuple[float, ...]) -> NDArray[np.float64]:
-    """Rotation matrix of three turns (rad) about the turned axes named by `order` ("313": Z, then X', then Z'')."""
-    result = np.eye(3)
-    for axis, angle in zip(order, angles, strict=True):
-        i = int(axis) - 1
-        j, k = (i + 1) % 3, (i + 2) % 3
-        turn = np.eye(3)
-        turn[j, j] = turn[k, k] = math.cos(angle)
-        turn[k, j] = math.sin(angle)
-        turn[j, k] = -turn[k, j]
-        result = result @ turn
-    return result
-
-
 class ToolFrame:
     """The tool's place as the program has named it so far; a coordinate that it hasn't named is NaN.
 
     `xyz` (3 floats, m) are program coordinates: tip in the part while the tool centre point is on, the tool stands on
     a tilted plane, or the rotary axes are at zero; otherwise they are the machine's own, from which the tip can't be
     known without the machine's geometry. `angles` (A, B, C) in rad. `program`: a frame that the program has set within
-    these, in which `xyz` then are; `unsettled`: its axes that no block has named together since.
+    these, in which `xyz` then are; `unsettled`: its axes that no block has named together since. `machine`: whose axes these are.
     """
 
     __slots__ = (
         "angles",
         "kinematics",
+        "machine",
         "on_plane",
         "plane",
         "program",
@@ -97,12 +58,15 @@ class ToolFrame:
         "shift",
         "tcp_g",
         "tcp_m",
+        "tool",
         "unsettled",
         "vector",
         "xyz",
     )
 
-    def __init__(self, kinematics: str) -> None:
+    def __init__(self, kinematics: str, machine: MachineTool | None = None) -> None:
+        self.machine = machine
+        self.tool = 0
         self.kinematics = "unknown" if kinematics == "3axis" else kinematics.removesuffix("-iso")
         self.sense = -1.0 if kinematics.endswith("-iso") else 1.0  # of rotary words beside LinuxCNC's
         self.xyz = [math.nan] * 3
@@ -134,7 +98,14 @@ class ToolFrame:
         """Whether program coordinates say where the tip is in the part."""
         if self.plane is not None:
             return self.on_plane
-        return self.oriented if self.tcp else not self.turned
+        return self.oriented if self.tcp else not self.turned or self.by_machine
+
+    @property
+    def by_machine(self) -> bool:
+        """Whether the tip is where the machine's turned axes take it: no tool centre point, plane or frame beside them."""
+        if self.machine is None or self.tcp or self.plane is not None or self.program is not PLAIN:
+            return False
+        return self.turned and all(map(math.isfinite, self.angles))
 
     @property
     def oriented(self) -> bool:
@@ -154,6 +125,9 @@ class ToolFrame:
             return x, y, z
         if self.vector is not None:
             return self.vector
+        if self.machine is not None:
+            x, y, z = self._machined(self.machine)[1]
+            return x, y, z
         a, b, c = self.angles
         if self.kinematics == "unknown" and self.turned:
             raise unknown_axes()
@@ -165,6 +139,9 @@ class ToolFrame:
 
     def tip(self) -> tuple[float, float, float]:
         """The tip in the part's frame, m."""
+        if self.machine is not None and self.by_machine:
+            x, y, z = self._machined(self.machine)[0]
+            return x, y, z
         x, y, z = self.xyz if self.program is PLAIN else self.program.out(np.array(self.xyz)).tolist()
         if self.plane is not None:
             rotation, origin = self.plane
@@ -177,23 +154,39 @@ class ToolFrame:
             return Stance(self.tip(), self.axis(), (0.0, 0.0, 0.0), False)
         if self.vector is not None:
             return Stance(self.tip(), self.vector, (0.0, 0.0, 0.0), False, True)
+        if self.machine is not None:
+            return Stance(self.tip(), self.axis(), (0.0, 0.0, 0.0), False, True)
         a, b, c = self.angles
         return Stance(self.tip(), self.axis(), (a, b, c), True)
 
     def normal(self, vector: NDArray[np.float64]) -> NDArray[np.float64]:
         """What an arc turns about right-handedly in the part that turns about `vector` in the program's frame."""
+        if self.machine is not None and self.by_machine:
+            return np.asarray(self._machined(self.machine)[2] @ vector)
         inner = vector if self.program is PLAIN else self.program.normal(vector)
         return inner if self.plane is None else self.plane[0] @ inner
 
     def up(self) -> NDArray[np.float64]:
         """The program's Z axis in the part."""
+        if self.machine is not None and self.by_machine:
+            return self._machined(self.machine)[2][:, 2]
         return np.array([0.0, 0.0, 1.0]) if self.plane is None else self.plane[0][:, 2]
 
     def point(self, xyz: NDArray[np.float64]) -> NDArray[np.float64]:
         """A point of the program's frame in the part's."""
+        if self.machine is not None and self.by_machine:
+            tip, _, turn = self._machined(self.machine)
+            return np.asarray(turn @ (xyz - np.array(self.xyz)) + tip)
         xyz = xyz if self.program is PLAIN else self.program.out(xyz)
         inner = xyz if self.plane is None else self.plane[0] @ xyz + self.plane[1]
         return np.asarray(inner + np.array(self.shift))
+
+    def _machined(self, machine: MachineTool) -> tuple[list[float], list[float], NDArray[np.float64]]:
+        """Tip (m) and tool axis in the part, and part_R_program, as the machine's axes carry part and tool."""
+        length = reach(machine, self.tool) if self.by_machine else 0.0  # an axis alone needs none
+        xyz = np.array([self.xyz]) + np.array(self.shift)
+        tips, axes, turns = placed(machine, length, xyz, np.array([self.angles]))
+        return tips[0].tolist(), axes[0].tolist(), turns[0]
 
     def move(self, words: dict[str, float], scale: float, degree: float, incremental: bool) -> None:
         """Take the coordinates of a block: X, Y, Z times `scale` (m), A, B, C times `degree` (rad)."""
@@ -212,9 +205,17 @@ class ToolFrame:
                 turned = True
         if turned:
             self.vector = None
+            if self.machine is not None:  # what it has no axis for stands still
+                for letter in _ROTARY.keys() - self.machine.words:
+                    angles[_ROTARY[letter]] = 0.0
             open_ = [i for i, angle in enumerate(angles) if math.isnan(angle)]
             if self.kinematics == "unknown" and len(open_) == 1:  # a machine has two rotary axes: both are named
                 angles[open_[0]] = 0.0
+            if odd := self._strangers(words):
+                raise ToolpathError(
+                    f"{min(odd)} turns, and the machine's file has no such axis",
+                    hint="add it there as [[table]] or [[head]]",
+                )
             stranger = {"xyzac": 1, "xyzbc": 0}.get(self.kinematics)
             if stranger is not None and abs(math.sin(0.5 * angles[stranger])) > _TURNED:
                 raise ToolpathError(
@@ -224,6 +225,11 @@ class ToolFrame:
         if turned and self.plane is not None and self.on_plane != self._stands():
             self.on_plane = not self.on_plane
             self.forget()
+
+    def _strangers(self, words: dict[str, float]) -> set[str]:
+        """Rotary words that turn, of axes that the machine doesn't have."""
+        own = _ROTARY.keys() if self.machine is None else self.machine.words
+        return {letter for letter in words if letter in _ROTARY and words[letter] != 0.0} - own
 
     def _settle(self, words: dict[str, float], incremental: bool) -> None:
         """The first block behind a frame that turns, mirrors or scales: what an axis alone would do, controls disagree on."""
@@ -248,7 +254,7 @@ class ToolFrame:
                 "a turned, mirrored or scaled frame while the tool centre point is on",
                 hint="let the CAM system turn the path",
             )
-        if not self.placeable:
+        if not self.placeable or (self.by_machine and program is not PLAIN):
             raise ToolpathError("a frame set with turned axes and the tool centre point off", hint="post with TCP on")
         self.xyz = program.into(self.program.out(np.array(self.xyz))).tolist()
         self.program = program
@@ -299,7 +305,10 @@ class ToolFrame:
             return False
         if self.kinematics == "unknown" and self.turned:
             return False
-        axis = rotary_axes(self.kinematics, np.array([self.angles]))[0]
+        if self.machine is None:
+            axis = rotary_axes(self.kinematics, np.array([self.angles]))[0]
+        else:
+            axis = placed(self.machine, 0.0, np.zeros((1, 3)), np.array([self.angles]))[1][0]
         return float(axis @ self.plane[0][:, 2]) > _ALIGNED
 
     def forget(self, letters: str = "XYZ") -> None:
@@ -336,6 +345,8 @@ class ToolFrame:
         if self.program is not PLAIN:
             raise ToolpathError("a tilted plane inside another frame of the program's", hint="end that frame before it")
         self._leave_plane()
+        if self.by_machine:
+            self.forget()
         self.plane = (rotation, origin)
         self.on_plane = self._stands()
         self._reframe()
@@ -352,7 +363,7 @@ class ToolFrame:
         if not self._stands():
             tilting = "B" if self.kinematics == "xyzbc" else "A"
             self.angles[_ROTARY[tilting]] = self.angles[_ROTARY["C"]] = math.nan
-            if self.kinematics == "unknown":
+            if self.kinematics in ("unknown", "machine"):
                 self.angles = [math.nan] * 3
         self.forget()
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 from camrob.findings import Finding, Severity
-from camrob.toolpath.gcode.coordinates import Stance, Triple, rotary_axes
+from camrob.machine_tool import rotary_axes
+from camrob.toolpath.gcode.coordinates import Stance, Triple
 from camrob.toolpath.region import EventKind, Move, Region
 from camrob.toolpath.sampling import arc_angle, arc_radius, sample_arc
 from camrob.toolpath.toolpath_builder import RegionBuilder, clean_text
@@ -41,8 +42,8 @@ class PathGrower:
 
     def __init__(self, kinematics: str, chord_tolerance: float, angle_tolerance: float) -> None:
         self._kinematics = kinematics.removesuffix("-iso")
-        self._chord = chord_tolerance
-        self._angle = angle_tolerance
+        self.chord = chord_tolerance
+        self.angle = angle_tolerance
         self._builder = RegionBuilder()
         self._regions: list[Region] = []
         self._last: Stance | None = None  # None: not known where the tool is
@@ -156,7 +157,7 @@ class PathGrower:
         self._begin(line)
         start, end = np.array(last.tip), np.array(to.tip)
         rise = float((end - start) @ normal)
-        points = sample_arc(start, end, center, normal, rise, turns, self._chord, self._angle)
+        points = sample_arc(start, end, center, normal, rise, turns, self.chord, self.angle)
         radius, other = arc_radius(start, center, normal), arc_radius(end, center, normal)
         angle = arc_angle(start, end, center, normal, turns)
         self._last = to
@@ -164,7 +165,7 @@ class PathGrower:
         if last.angles != to.angles or last.axis != to.axis:
             share = np.arange(1, len(points) + 1) / len(points)
             self._builder.points(points, self._axes(last, to, share), feed, Move.CUT, line)
-        elif abs(rise) < 1e-9 and abs(radius - other) <= self._chord and angle < math.tau * (1.0 + 1e-9):
+        elif abs(rise) < 1e-9 and abs(radius - other) <= self.chord and angle < math.tau * (1.0 + 1e-9):
             level = center + normal * float((start - center) @ normal)
             self._builder.arc(points, level, normal, radius, angle, to.axis, feed, line)
         else:
@@ -184,7 +185,7 @@ class PathGrower:
         the tool axis keeps near the great arc from the one to the other, which is the way that a robot takes.
         """
         way = self._axis_way(last, to)
-        steps = max(1, math.ceil(way / self._angle - 1e-9))
+        steps = max(1, math.ceil(way / self.angle - 1e-9))
         while steps <= _MOST_STEPS and not self._keeps_near(last, to, steps):
             steps *= 2
         if steps > _MOST_STEPS:

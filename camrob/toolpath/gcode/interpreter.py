@@ -271,16 +271,18 @@ class Interpreter:
             return
         if block.ways:
             self._rewind(block, cut=motion != 0)
-        before, turned_before = frame.xyz.copy(), frame.angles[2]
+        before, turned_before = frame.xyz.copy(), frame.angles.copy()
+        frame.tool = self.path.tool
         frame.move(words, modal.scale, _DEGREE, modal.incremental)
         self._coming.moved(rapid=motion == 0)
         if motion == 0:
-            self.motions.rapid(block.line)
-            return
+            return self.motions.rapid(block, [*before, *turned_before])
         if self._coming.takes(block, motion):
             return
         self.motions.cuttable()
-        if "C" in words and abs(frame.angles[2] - turned_before) > _LONG_WAY and self.path.place is not None:
+        if frame.machine is not None and frame.vector is None and frame.angles != turned_before:
+            return self._cut_turning(block, motion, [*before, *turned_before])
+        if "C" in words and abs(frame.angles[2] - turned_before[2]) > _LONG_WAY and self.path.place is not None:
             self._long_way(block.line)
         to = frame.stance()
         if block.corner is not None or self._open is not None:
@@ -292,6 +294,15 @@ class Interpreter:
             self.path.cut(to, self.motions.feed(block, length, to), block.line)
         else:
             self._arc(block, motion, np.array(before), to)
+
+    def _cut_turning(self, block: Block, motion: int, begin: list[float]) -> None:
+        """A cut that turns the axes of a known machine; `begin` as of `Motions.turning`."""
+        straight = motion == 10 and block.corner is None and self._open is None
+        if not (straight and self.motions.turning(block, begin, cut=True)):
+            raise ToolpathError(
+                "an arc, a corner or a cut from an unknown place that turns the machine's rotary axes",
+                hint="turn them in straight moves, from a known place",
+            )
 
     def _long_way(self, line: int) -> None:
         """A cut in which C turns by more than half a turn. Raises ToolpathError where the control may go the other way round."""

@@ -10,9 +10,10 @@ import numpy as np
 from camrob.errors import ToolpathError
 from camrob.findings import Severity
 from camrob.toolpath.cutter_offset import offset_by_control
-from camrob.toolpath.gcode.coordinates import ToolFrame, euler
+from camrob.toolpath.gcode.coordinates import ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.lexer import Block
+from camrob.toolpath.gcode.program_frame import euler
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.transforms import (
     end_rotation,

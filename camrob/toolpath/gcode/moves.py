@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from camrob.errors import ToolpathError
 from camrob.findings import Severity
+from camrob.machine_tool import pieces, reach
 from camrob.toolpath.defaults import Defaults, check_feed
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import Modal
 from camrob.toolpath.gcode.tools import Process, refuse_other_length
-from camrob.units import m_to_mm, mm_min_to_m_s
+from camrob.units import m_to_mm, mm_min_to_m_s, rad_to_deg
 
 __all__ = ["Motions"]
 
 _FASTEST = 1.0  # m/s: a programmed cutting feed above this is said
+_HALF_TURN = math.pi * (1.0 + 1e-6)
 _RESTING = 1e-6  # m: a tip that goes less far while the tool turns only turns on the spot
 
 
@@ -32,9 +37,11 @@ class Motions:
         self.defaulted = 0
         self._last_feed = 0.0
 
-    def rapid(self, line: int) -> None:
-        """A rapid move to where the frame stands now, or the loss of the place."""
-        frame = self.frame
+    def rapid(self, block: Block, begin: list[float]) -> None:
+        """A rapid move to where the frame stands now, or the loss of the place; begin: X, Y, Z (m), A, B, C (rad) before it."""
+        frame, line = self.frame, block.line
+        if self.turning(block, begin, cut=False):
+            return
         if frame.placeable and frame.known:
             self.path.rapid(frame.stance(), line)
             return
@@ -48,11 +55,60 @@ class Motions:
                 Severity.INFO,
             )
 
+    def turning(self, block: Block, begin: list[float], *, cut: bool) -> bool:
+        """A straight block that turns the axes of a machine whose kinematics is told, piece by piece.
+
+        begin: X, Y, Z (m), A, B, C (rad) where it begins. False where it is no such block, or its beginning isn't known.
+        Raises ToolpathError for a cut of more than half a turn, which may go either way round.
+        """
+        frame, machine = self.frame, self.frame.machine
+        start, end = np.array(begin), np.array((*frame.xyz, *frame.angles))
+        turn = float(np.abs(end[3:] - start[3:]).max())
+        if machine is None or frame.plane is not None or turn == 0.0 or not np.isfinite(end - start).all():
+            return False
+        if frame.vector is not None or self.path.place is None or not frame.placeable:
+            return False
+        if cut and turn > _HALF_TURN:
+            raise ToolpathError(
+                "a rotary axis turns by more than 180 degrees within one cut: an axis that rolls over goes the shorter way",
+                hint="post cuts in shorter moves",
+            )
+        shift = np.array((*frame.shift, 0.0, 0.0, 0.0))
+        if frame.tcp:
+            start[:3], end[:3] = frame.program.out(start[:3]), frame.program.out(end[:3])
+        length = 0.0 if frame.tcp else reach(machine, frame.tool)
+        ends = (start + shift, end + shift)
+        tips, axes, way = pieces(machine, length, ends, tcp=frame.tcp, chord=self.path.chord, angle=self.path.angle)
+        feed = self._turning_feed(block, end - start, way) if cut else math.nan
+        for tip, axis in zip(tips.tolist(), axes.tolist(), strict=True):
+            stance = Stance(tuple(tip), tuple(axis), (0.0, 0.0, 0.0), False, True)
+            if cut:
+                self.path.cut(stance, feed, block.line)
+            else:
+                self.path.rapid(stance, block.line)
+        return True
+
+    def _turning_feed(self, block: Block, goes: NDArray[np.float64], length: float) -> float:
+        """Speed (m/s) of the tip, which goes `length` (m) while the axes go X, Y, Z (m), A, B, C (rad)."""
+        frame, modal, to = self.frame, self.modal, self.frame.stance()
+        if frame.tcp or modal.feed_mode == 930 or length <= _RESTING:
+            return self.feed(block, length, to)
+        counts = "" if frame.machine is None else frame.machine.feed
+        if not counts:
+            raise ToolpathError(
+                "a cut that turns rotary axes at F (G94): what F counts there is the machine's own",
+                hint='write feed = "linear" (X, Y and Z alone) or "all" (degrees as lengths) into its file, or post G93',
+            )
+        linear, degrees = float(np.linalg.norm(goes[:3])) / modal.scale, rad_to_deg(goes[3:])
+        if counts == "all" or not linear > _RESTING / modal.scale:
+            linear = math.hypot(linear, float(np.linalg.norm(degrees)))
+        return self.feed(block, length, to, share=length / (linear * modal.scale))
+
     def to_height(self, height: float, block: Block, *, cut: bool) -> None:
         """Move along a cycle's normal, in the program's frame."""
         self.frame.xyz[2] = height
         if not cut:
-            self.rapid(block.line)
+            self.rapid(block, [*self.frame.xyz, *self.frame.angles])
             return
         self.cuttable()
         to = self.frame.stance()
@@ -90,7 +146,8 @@ class Motions:
                 )
             raise ToolpathError(
                 "a cut with turned rotary axes while the tool centre point is off",
-                hint="post with TCP on (G43.4, M128, M428 or TRAORI): without it X Y Z are machine axes, not the tip",
+                hint="post with TCP on (G43.4, M128, M428 or TRAORI), or describe the machine in a file that setup.toml names "
+                'as machine = "FILE.toml": without it X Y Z are machine axes, not the tip',
             )
         if not frame.known:
             missing = " and ".join(a for a, v in zip("XYZ", frame.xyz, strict=True) if v != v)
@@ -98,13 +155,13 @@ class Motions:
                 f"a cut while {missing} has no known value", hint=f"name {missing} in a rapid move before the cut"
             )
 
-    def feed(self, block: Block, length: float, to: Stance) -> float:
-        """Speed (m/s) of the tip on a move of `length` (m)."""
+    def feed(self, block: Block, length: float, to: Stance, *, share: float = 1.0) -> float:
+        """Speed (m/s) of the tip on a move of `length` (m); share: what it goes of a unit that F counts."""
         modal = self.modal
         if modal.feed_mode == 930:
             feed = self._inverse_time(block, length, to)
         else:
-            feed = self._modal_feed(block.line)
+            feed = share * self._modal_feed(block.line)
         check_feed(feed, block.line, 0)
         if feed > _FASTEST:
             self.path.note(

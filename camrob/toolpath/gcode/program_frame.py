@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
 
-__all__ = ["PLAIN", "ProgramFrame", "about", "mirrored", "turned"]
+__all__ = ["PLAIN", "ProgramFrame", "about", "euler", "mirrored", "turned"]
 
 _EVEN = 1e-12  # of a matrix: two entries that differ by less are one
 Array = NDArray[np.float64]
@@ -83,3 +83,17 @@ def mirrored(letters: str) -> Array:
     if not letters or not set(letters) <= set("XY"):
         raise ToolpathError("mirroring of another axis than X and Y", hint="let the CAM system do it")
     return np.diag([-1.0 if letter in letters else 1.0 for letter in "XYZ"])
+
+
+def euler(order: str, angles: tuple[float, ...]) -> NDArray[np.float64]:
+    """Rotation matrix of three turns (rad) about the turned axes named by `order` ("313": Z, then X', then Z'')."""
+    result = np.eye(3)
+    for axis, angle in zip(order, angles, strict=True):
+        i = int(axis) - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turn = np.eye(3)
+        turn[j, j] = turn[k, k] = math.cos(angle)
+        turn[k, j] = math.sin(angle)
+        turn[j, k] = -turn[k, j]
+        result = result @ turn
+    return result

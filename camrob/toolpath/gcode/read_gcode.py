@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from camrob.errors import ToolpathError
-from camrob.findings import Finding
+from camrob.findings import Finding, Severity
+from camrob.machine_tool import MachineTool
 from camrob.toolpath.defaults import Defaults, check_unit, feed_finding, unit_finding, with_spindle
 from camrob.toolpath.gcode.controls.control import Control
 from camrob.toolpath.gcode.controls.registry import choose_control
@@ -75,17 +76,18 @@ def read_gcode(
     angle_tolerance: float,
     kinematics: str | None = None,
     defaults: Defaults | None = None,
+    machine_tool: MachineTool | None = None,
 ) -> Toolpath:
     """Read the bytes of a G-code program (`path` only names it) as regions in the part's frame.
 
     `units` "mm" or "inch" overrules G20 and G21; None takes them, and millimetres where the file has neither.
     `kinematics` "xyzac" or "xyzbc" says how rotary words turn the tool (see `rotary_axes`); None recognises it from
-    the words used. Arcs are cut into chords that leave them by at most `chord_tolerance` (m) and turn by at most
-    `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most the latter. Feeds are speeds of
-    the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` are used where the program states
-    no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with "-iso"), "gcode-3axis", or, where no
-    machine is named for rotary words, the control's ("gcode", "gcode-siemens", ...). Raises ToolpathError with the line for
-    anything that would make a wrong part.
+    the words used. `machine_tool`: the machine whose axes the program names. Arcs are cut into chords that leave them by at
+    most `chord_tolerance` (m) and turn by at most `angle_tolerance` (rad); tool axes of neighbouring cut points differ by at most
+    the latter. Feeds are speeds of the tip in m/s, also from inverse time (G93) and feed per revolution (G95). `defaults` are
+    used where the program states no feed or starts no spindle. The dialect is "gcode-xyzac", "gcode-xyzbc" (with "-iso"),
+    "gcode-3axis", or, where no machine is named for rotary words, the control's ("gcode", "gcode-siemens", ...). Raises
+    ToolpathError with the line for anything that would make a wrong part.
     """
     if units not in (None, *SCALES):
         raise ToolpathError(f"units {units!r}", hint="mm or inch", path=path)
@@ -98,22 +100,15 @@ def read_gcode(
     control = choose_control(bare, path.suffix)
     if control.plain:
         refuse_turning(bare, path)
-    machine = _kinematics(bare, kinematics, path, plain=control.plain)
+    machine = _kinematics(bare, kinematics, path, plain=control.plain, told=machine_tool is not None)
     grower = PathGrower(machine, chord_tolerance, angle_tolerance)
     defaults = defaults or Defaults()
-    modal = Modal(
-        tool_by_t=not _TOOL_CHANGE.search(bare),
-        wear=defaults.wear,
-        zero_edge=control.zero_edge,
-        keeps_motion=control.keeps_motion,
-        rereads=control.rereads or path.suffix.lower() == ".ngc",
-        edges=control.edges,
-        rolls=control.rolls and machine.endswith("-iso"),
-        clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
-    )
+    modal = _modal(control, bare, machine, path, defaults)
     if units is not None:
         modal.scale, modal.forced = SCALES[units], True
-    interpreter = Interpreter(grower, ToolFrame(machine), modal, defaults)
+    interpreter = Interpreter(grower, ToolFrame(machine, machine_tool), modal, defaults)
+    if machine_tool is not None:
+        grower.note("machine-axes", "rotary words turn the axes of the machine that the set-up names", 0, Severity.INFO)
     _run(control, lines, path, grower, interpreter)
     if machine != "3axis":
         _suspect_radians(bare, grower)
@@ -129,11 +124,25 @@ def read_gcode(
         regions=regions,
         source=clean_text(path.name),
         sha256=hashlib.sha256(data).hexdigest(),
-        dialect=control.dialect if machine == "unknown" else f"gcode-{machine}",
+        dialect=control.dialect if machine in ("unknown", "machine") else f"gcode-{machine}",
         units="inch" if modal.scale == SCALES["inch"] else "mm",
         tools=tuple(Tool(number) for number in numbers),
         findings=(*findings, *grower.findings()),
         chord_tolerance=chord_tolerance,
+    )
+
+
+def _modal(control: Control, bare: str, machine: str, path: Path, defaults: Defaults) -> Modal:
+    """What holds when a control's program begins; bare: its text without comments, upper case."""
+    return Modal(
+        tool_by_t=not _TOOL_CHANGE.search(bare),
+        wear=defaults.wear,
+        zero_edge=control.zero_edge,
+        keeps_motion=control.keeps_motion,
+        rereads=control.rereads or path.suffix.lower() == ".ngc",
+        edges=control.edges,
+        rolls=control.rolls and machine.endswith("-iso"),
+        clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
 
 
@@ -198,14 +207,20 @@ def _run(control: Control, lines: list[str], path: Path, grower: PathGrower, int
     )
 
 
-def _kinematics(bare: str, wanted: str | None, path: Path, *, plain: bool) -> str:
-    """Which machine the rotary words belong to: xyzac, xyzbc, either with "-iso", 3axis, or unknown.
+def _kinematics(bare: str, wanted: str | None, path: Path, *, plain: bool, told: bool) -> str:
+    """Which machine the rotary words belong to: xyzac, xyzbc, either with "-iso", 3axis, "machine" where it is told, or unknown.
 
     LinuxCNC's M428 names its own tables; what G43.4, G234, M128 or TRAORI is programmed for, nobody says but the user.
     `plain`: the program's words are ISO's.
     """
     if wanted not in (None, *KINEMATICS):
         raise ToolpathError(f"kinematics {wanted!r} is not known", hint="one of " + ", ".join(KINEMATICS), path=path)
+    if told and wanted is not None:
+        raise ToolpathError(
+            f"the set-up describes the machine, and the dialect names {wanted}", hint="keep one of the two", path=path
+        )
+    if told:
+        return "machine"
     if not plain:
         return wanted or "unknown"
     bare = _NO_AXES.sub(" ", bare)

@@ -17,6 +17,7 @@ from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.source import read_text
 from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Story
+from camrob.witness.machine_tool import MachineTool
 
 __all__ = ["read_story"]
 
@@ -112,6 +113,7 @@ def read_story(
     tools: Mapping[int, float] | None = None,
     wear: bool = False,
     numbers: Mapping[str, int] | None = None,
+    machine: MachineTool | None = None,
 ) -> Story:
     """What the CL file asks for.
 
@@ -119,6 +121,7 @@ def read_story(
     units: "mm" or "inch", over what the file says. default_feed (m/s), default_rpm: where the file states none.
     tools: diameters (m) by the tools' numbers, 0 for any, for surface speeds where the file names no cutter.
     wear: paths with cutter radius compensation are the tool centre's. numbers: of the set-up's tools by names in lower case.
+    machine: whose own axes a G-code program names.
     Raises ToolpathError for a file that can't be read at all; what can't be read of it otherwise is in `Story.gaps`.
     """
     if units not in (None, "mm", "inch"):
@@ -136,7 +139,7 @@ def read_story(
             plain = SinumerikReader if file.suffix.lower() in (".mpf", ".spf") else GcodeReader
             language = next((reader for reader, mark in _OTHERS if mark.search(bare)), plain)
             by_tool = bool(dialect) and str(dialect).endswith("-iso")
-            reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool)
+            reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool, machine=machine)
             if isinstance(reader, ForeignReader):
                 reader.numbers = numbers or {}
         else:

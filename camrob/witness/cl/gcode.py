@@ -16,14 +16,16 @@ from camrob.witness.cl.customs import COMPUTED, SKIPPED, astray, corner_of, plai
 from camrob.witness.cl.drilling import CYCLES, Cycle, Out, drill
 from camrob.witness.cl.offsets import TCP, Offsets
 from camrob.witness.cl.own_frames import OwnFrames, Polar
+from camrob.witness.cl.running.beginning import Beginning
+from camrob.witness.cl.running.machined import Machined
 from camrob.witness.cl.running.program_run import run_of
 from camrob.witness.cl.running.unread import UnreadError
 from camrob.witness.cl.source import COMMENT, tape
-from camrob.witness.cl.standing import TURNED, Beginning, Standing, Words
-from camrob.witness.cl.switching import Switching
+from camrob.witness.cl.standing import Standing, Words
 from camrob.witness.cl.teller import UNREAD, Teller
 from camrob.witness.cl.turning import on_the_way
 from camrob.witness.happenings import Kind, Pecks, Way
+from camrob.witness.machine_tool import MachineTool
 from camrob.witness.units import INCH_MM, mm_to_m
 
 __all__ = ["GcodeReader"]
@@ -44,11 +46,18 @@ _SAME, _MOVED = 1e-12, "points behind it are in another frame"  # _SAME: of two 
 _UNTURNED = "a tilted plane other than by three angles, or beside G52 or TCP"
 
 
-class GcodeReader(Switching):
-    """Tells what the blocks of one file ask for. by_tool: rotary words turn the tool about the part (ISO 841), not the table."""
+class GcodeReader(Machined):
+    """Tells what a file asks for. by_tool: rotary words turn the tool (ISO 841), not the table. machine: whose axes they are."""
 
-    def __init__(self, tell: Teller, units: str | None, offsets: Offsets, *, by_tool: bool = False) -> None:
-        super().__init__(tell, Standing(-1.0 if by_tool else 1.0))
+    def __init__(
+        self,
+        tell: Teller,
+        units: str | None,
+        offsets: Offsets,
+        by_tool: bool = False,
+        machine: MachineTool | None = None,
+    ) -> None:
+        super().__init__(tell, Standing(-1.0 if by_tool else 1.0, machine))
         self._rolls = by_tool and type(self) is GcodeReader  # rotary axes may roll over at 360 degrees
         self._offsets, self._fixed, self.units = offsets, units is not None, units or "mm"
         self._motion, self._plane, self._feed_mode = "", "17", "94"
@@ -286,16 +295,6 @@ class GcodeReader(Switching):
         self._stand.leave(axes, dict.fromkeys(axes, "1") if second else None)  # only the first one is the zeros
         self._tell.lose()
 
-    def _move(self, tip: Array, axis: Array, way: Way, line: int, feed: float | None = None) -> None:
-        """To a tip in the program's frame. In rapid with turned axes, X, Y, Z are a machine position."""
-        odd = self._stand.odd
-        if odd == TURNED and way == Way.RAPID:
-            self._tell.lose()
-        elif odd:
-            self._tell.gap(line, odd)
-        else:
-            self._tell.move(self._stand.point(tip), axis, way, line, feed)
-
     def _line_or_arc(self, axes: set[str], words: Words, line: int) -> None:
         if self._motion in ("", "80") and not self._beside and self._last_feed is None:
             self._motion = self._beside = "0"  # no feed stands yet: nothing can be cut
@@ -318,7 +317,8 @@ class GcodeReader(Switching):
             if not rate > 0.0:
                 self._tell.gap(line, "G93 without F in the block", lost=False)
         if self._motion in ("2", "3"):
-            self._arc(before, pose, words, line, time)
+            return self._arc(before, pose, words, line, time)
+        if self._turning(before, way, line, time / 60.0, self._scale):
             return
         feed = None
         if time:

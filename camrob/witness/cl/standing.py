@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.framing import in_plane, spin, stretch
-from camrob.witness.cl.teller import Teller
 from camrob.witness.cl.turning import tool_axis
 from camrob.witness.frames import rotations_about
-from camrob.witness.happenings import Gap
+from camrob.witness.machine_tool import MachineTool
 from camrob.witness.units import deg_to_rad
 
-__all__ = ["TURNED", "UNNAMED", "Beginning", "Standing", "Words"]
+__all__ = ["TURNED", "UNNAMED", "Standing", "Words"]
 
 Array = NDArray[np.float64]
 Words = dict[str, str]  # of a block, but G and M, as printed
@@ -29,6 +28,8 @@ TURNED = "a cut with turned axes without tool centre point"
 UNNAMED = "a cut without X, Y or Z named since the start or a machine position"
 _UNKNOWN = "a cut whose place in the part is not known"
 _BOTH = "turned axes A and B: a kinematics that is not known"
+_ELSE = "a turned axis that the machine's file doesn't have"
+_NO_LENGTH = "a tool that the head turns, and whose length the machine's file doesn't give"
 _WITHIN = "the tool centre point in a turned, mirrored or scaled frame"
 _TWICE = "a tilted plane and the tool centre point at once"
 _ORDERS = frozenset("121 131 212 232 313 323".split())
@@ -49,7 +50,8 @@ class Standing:
     been named, since the start or a machine position.
     """
 
-    def __init__(self, sense: float = 1.0) -> None:
+    def __init__(self, sense: float = 1.0, machine: MachineTool | None = None) -> None:
+        self.machine, self.length = machine, 0.0  # length: m, the tool's, as the machine's head turns it
         self._sense = sense  # of rotary words: -1 where they turn the tool (ISO 841), 1 where they turn the table
         self.at: dict[str, float | None] = {**dict.fromkeys("XYZ"), **dict.fromkeys("ABC", 0.0)}
         self.shift = dict.fromkeys("XYZ", 0.0)
@@ -77,12 +79,37 @@ class Standing:
             return _WITHIN
         if not self.used:
             return ""
-        if {"A", "B"} <= self.used:
+        if self.machine is None and {"A", "B"} <= self.used:
             return _BOTH
         if self._plane is not None:
             return ""
-        turned = any(abs(math.remainder(self.at[letter] or 0.0, 360.0)) > _ZERO for letter in "ABC")
+        turned = {letter for letter in "ABC" if abs(math.remainder(self.at[letter] or 0.0, 360.0)) > _ZERO}
+        if self.machine is not None and self.own is None:
+            if turned - self.machine.letters:
+                return _ELSE
+            return _NO_LENGTH if turned and not self._tcp and math.isnan(self.length) else ""
         return TURNED if turned and not self._tcp else ""
+
+    @property
+    def tcp(self) -> bool:
+        """Whether X, Y and Z are the tip's, however the axes are turned."""
+        return bool(self._tcp)
+
+    @property
+    def by_axes(self) -> bool:
+        """Whether rotary angles alone say how the tool stands: no plane and no vector does."""
+        return self._plane is None and self._vector is None
+
+    @property
+    def _angles(self) -> dict[str, float]:
+        """A, B, C in degrees, as far as they are known, else NaN."""
+        return {letter: math.nan if (at := self.at[letter]) is None else at for letter in "ABC"}
+
+    def _of_machine(self, xyz: Array) -> Array | None:
+        """part_T_tip (4, 4) of X, Y, Z (m) in a known machine's axes; None where they are none."""
+        if self.machine is None or not self.by_axes or self._tcp or self.own is not None:
+            return None
+        return self.machine.seen({**dict(zip("XYZ", xyz.tolist(), strict=True)), **self._angles}, self.length)
 
     @property
     def nowhere(self) -> str:
@@ -105,7 +132,10 @@ class Standing:
         """The tool centre point on or off, by "G" or "M": with turned axes, X, Y and Z mean another thing behind it."""
         before, tcp = self.odd, bool(self._tcp)
         self._tcp = self._tcp | {by} if on else self._tcp - {by}
-        if self.odd != before or (bool(self._tcp) != tcp and self._vector is not None):
+        other = bool(self._tcp) != tcp
+        if self.odd != before or (
+            other and (self._vector is not None or (self.machine and any(self._angles.values())))
+        ):
             self.forget()
         self._vector = self._vector if self._tcp else None
 
@@ -166,7 +196,7 @@ class Standing:
         if not axes <= _LINEAR:
             self._vector = None
             self.used |= axes - _LINEAR
-            for letter, other in ("AB", "BA"):  # a machine has one of the two
+            for letter, other in () if self.machine else ("AB", "BA"):  # a machine has one of the two
                 if letter in axes and other not in self.used:
                     at[other] = 0.0
         return at
@@ -256,14 +286,24 @@ class Standing:
             return np.array([x, y, z]), self._vector
         if a is None or b is None or c is None:
             return None
-        return np.array([x, y, z]), tool_axis(a, b, c, "B" in self.used)
+        return np.array([x, y, z]), self._axis(a, b, c)
+
+    def _axis(self, a: float, b: float, c: float) -> Array:
+        """The tool's axis in the part, of rotary axes in degrees."""
+        if self.machine is None:
+            return tool_axis(a, b, c, "B" in self.used)
+        return np.asarray(self.machine.seen({**dict.fromkeys("XYZ", 0.0), "A": a, "B": b, "C": c}, 0.0)[:3, 2])
 
     def point(self, xyz: Array) -> Array:
         """A point (m) of the program's frame in the part."""
+        if (pose := self._of_machine(xyz)) is not None:
+            return np.asarray(pose[:3, 3])
         return xyz if self._plane is None else self._plane[1] + self._plane[0] @ xyz
 
     def direction(self, vector: Array) -> Array:
         """A direction of the program's frame in the part."""
+        if self._of_machine(vector) is not None:
+            return self.point(vector) - self.point(np.zeros(3))
         return vector if self._plane is None else self._plane[0] @ vector
 
     # -- tilted planes
@@ -315,11 +355,11 @@ class Standing:
         a, b, c = (self.at[letter] for letter in "ABC")
         if self._plane is None or a is None or b is None or c is None:
             return False
-        return float(np.linalg.norm(tool_axis(a, b, c, "B" in self.used) - self._plane[0][:, 2])) < _ALONG
+        return float(np.linalg.norm(self._axis(a, b, c) - self._plane[0][:, 2])) < _ALONG
 
     def _change(self, plane: tuple[Array, Array] | None) -> None:
         """Another plane, or none: the tool doesn't move, and where it stands is known where both frames say it."""
-        pose = None if self.odd else self.pose()
+        pose = None if self.odd or (self.machine and any(self._angles.values())) else self.pose()
         tip = None if pose is None else self.point(pose[0])
         self._plane = plane
         self._along = self._stands()
@@ -328,49 +368,3 @@ class Standing:
         else:
             x, y, z = (tip if plane is None else plane[0].T @ (tip - plane[1])).tolist()
             self.at.update(X=x, Y=y, Z=z)
-
-
-class Beginning:
-    """Straight cuts that begin where the program has not said that the tool stands, and end where it has said it in part.
-
-    A control begins from its present position. Where the next moves name what is missing, leave alone what has been named, and
-    then go down along Z, or across in rapid, these were a way above the part to there: the gap that they are is taken back. Where
-    they don't, something may have been cut in a place that nobody knows.
-    """
-
-    def __init__(self, tell: Teller, stand: Standing) -> None:
-        self._tell, self._stand = tell, stand
-        self._gap: Gap | None = None
-        self._named: dict[str, float] = {}
-        self._over = False  # the first place is reached, at a feed
-
-    def cut(self, line: int, axes: set[str], *, straight: bool) -> None:
-        """A cut in a place that is not known; axes: the letters of its block."""
-        stand, tell, reason = self._stand, self._tell, self._stand.nowhere
-        goes_on = bool(tell.gaps) and (tell.gaps[-1].text, tell.gaps[-1].before) == (reason, tell.n)
-        own = not goes_on or tell.gaps[-1] is self._gap  # else one that is a cut has become a part of the gap
-        tell.gap(line, reason)
-        named = {k: v for k in "XYZ" if (v := stand.at[k]) is not None}
-        plain = not (stand.odd or stand.tilted or stand.used or tell.hidden) and stand.own is None
-        if own and reason == UNNAMED and straight and plain and axes <= named.keys():
-            self._gap, self._named, self._over = tell.gaps[-1], named, False
-        else:
-            self._gap = None
-
-    def moved(self, *, rapid: bool) -> None:
-        """The axes stand elsewhere than before."""
-        if self._gap is None:
-            return
-        at = {letter: v for letter in "XYZ" if (v := self._stand.at[letter]) is not None}
-        changed = {letter for letter, value in self._named.items() if at.get(letter) != value}
-        down = changed == {"Z"} and at.get("Z", self._named["Z"]) < self._named["Z"]
-        if self._over and (down or (rapid and "Z" not in changed)):
-            self._tell.gaps = [gap for gap in self._tell.gaps if gap is not self._gap]
-            self._tell.note("moves at a feed from where the machine happens to stand are the way to the first place")
-            self._gap = None
-        elif changed or self._over:
-            self._gap = None
-        elif len(at) == len("XYZ"):
-            self._named, self._over = at, True
-            if rapid:
-                self.moved(rapid=True)

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.coordinates import euler, rotary_axes
+from camrob.machine_tool import rotary_axes
+from camrob.toolpath.gcode.program_frame import euler
 from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
 from camrob.toolpath.region import EventKind, Move
 from camrob.toolpath.toolpath import Toolpath

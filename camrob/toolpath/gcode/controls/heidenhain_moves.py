@@ -22,9 +22,9 @@ from camrob.toolpath.gcode.controls.heidenhain_words import (
     polar,
     tool_call,
 )
-from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.lexer import Block, Plane
+from camrob.toolpath.gcode.program_frame import euler
 from camrob.units import deg_to_rad
 
 __all__ = ["HeidenhainMoves"]

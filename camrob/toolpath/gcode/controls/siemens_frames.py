@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.coordinates import euler
 from camrob.toolpath.gcode.lexer import Plane
-from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, mirrored, turned
+from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, euler, mirrored, turned
 from camrob.units import deg_to_rad
 
 __all__ = ["PART", "Frame", "swivel"]
