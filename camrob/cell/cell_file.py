@@ -6,9 +6,10 @@ import os
 import re
 from pathlib import Path
 
-from camrob.errors import CellError
+from camrob.cell.toml_table import TableReader
+from camrob.errors import CellError, InputError
 
-__all__ = ["CELL_FILE", "cell_file", "toml_cure"]
+__all__ = ["CELL_FILE", "cell_file", "toml_cure", "without_schema"]
 
 CELL_FILE = "cell.toml"
 
@@ -34,3 +35,13 @@ def toml_cure(path: Path, line: int) -> str:
     if re.search(r"=\s*-?\d+,\d+\s*(#.*)?$", row):
         return "write a decimal point for the comma"
     return "correct that place"
+
+
+def without_schema(table: TableReader, schema: int) -> InputError:
+    """The error to raise for a file that doesn't say in which form it is."""
+    if "part_in_base" in table or ("tool" in table and "kinematics" not in table):
+        return CellError(
+            "is a job's set-up, not a cell", hint="name it behind --setup, and the cell's folder here", path=table.path
+        )
+    what = "is missing" if table.keys() else "is missing, for the file is empty"
+    return table.fail("schema", what, f"write schema = {schema} above all else, as the cells that come with camrob")

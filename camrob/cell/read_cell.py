@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.bare_arm import BareArm, read_bare_arm
 from camrob.cell.cell import Cell
-from camrob.cell.cell_file import cell_file, toml_cure
+from camrob.cell.cell_file import cell_file, toml_cure, without_schema
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
@@ -90,8 +90,7 @@ def unchecked_cell(path: str | Path) -> tuple[Cell, PoseBounds]:
     file = cell_file(path)
     table = TableReader(read_toml(file), file, needs_provenance=True)
     if "schema" not in table:
-        what = "is missing" if table.keys() else "is missing, for the file is empty"
-        raise table.fail("schema", what, f"write schema = {SCHEMA} above all else, as the cells that come with camrob")
+        raise without_schema(table, SCHEMA)
     table.integer("schema", lower=SCHEMA, upper=SCHEMA)
     return _assembled(table, file.parent)
 

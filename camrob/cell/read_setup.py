@@ -64,6 +64,10 @@ def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None)
         return Setup(None, np.eye(4), (own_tool,))
     path = Path(path)
     data = read_toml(path, SetupError)
+    if "schema" in data and "kinematics" in data:
+        raise SetupError(
+            "is a cell, not a set-up", hint="name it behind --cell, and the job's setup.toml here", path=path
+        )
     table = TableReader(data, path, error=SetupError)
     part_in_base = _frame(table, "part_in_base")
     clampings = _clampings(table)

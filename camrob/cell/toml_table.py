@@ -42,6 +42,14 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def _alike(key: str, among: Sequence[str]) -> str:
+    """The key that one may be a slip of the pen for, "" where there is none."""
+    from difflib import get_close_matches  # only a wrong key needs it
+
+    near = get_close_matches(key, among, n=1, cutoff=_ALIKE)
+    return _short(near[0]) if near else ""
+
+
 def _shown(value: Any) -> str:
     """A wrong value as a message shows it."""
     try:
@@ -105,7 +113,8 @@ class TableReader:
 
     def _take(self, key: str, kind: str) -> Any:
         if key not in self._data:
-            raise self.fail(key, "is missing", f"give {kind}")
+            near = _alike(key, sorted(set(self._data) - self._used))
+            raise self.fail(key, "is missing", f"give {kind}" + (f"; is {near} meant for it?" if near else ""))
         self._used.add(key)
         return self._data[key]
 
@@ -249,11 +258,9 @@ class TableReader:
         """Raise when the table holds keys that nobody asked for."""
         unknown = sorted(set(self._data) - self._used)
         if unknown:
-            from difflib import get_close_matches  # only a wrong key needs it
-
             known = sorted(self._used | self._asked)
-            near = get_close_matches(unknown[0], known, n=1, cutoff=_ALIKE)
-            hint = f"is it {near[0]}?" if near else f"use {', '.join(known)}"
+            near = _alike(unknown[0], known)
+            hint = f"is it {near}?" if near else f"use {', '.join(known)}"
             raise self.fail(_short(unknown[0]), "is not a key that camrob knows here", hint)
 
 

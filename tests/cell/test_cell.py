@@ -249,6 +249,7 @@ SHAPE = '[[shape]]\nname = "tool"\n'
 BROKEN = [
     # (what is in the file, what stands there instead, what the message must hold)
     ("a_mm = 803,", "", "joint[E2].dh.a_mm: is missing; give a number"),
+    ("a_mm = 803,", "amm = 803,", "joint[E2].dh.a_mm: is missing; give a number; is amm meant for it?"),
     ("a_mm = 803,", 'a_mm = "803",', "joint[E2].dh.a_mm: is '803'; give a finite number"),
     ("a_mm = 803,", "a_mm = true,", "joint[E2].dh.a_mm: is True"),
     ("a_mm = 803,", "a_mm = nan,", "joint[E2].dh.a_mm: is nan"),
@@ -347,6 +348,7 @@ def test_bad_toml_names_its_line(tmp_path):
     ("content", "message"),
     [
         (b"", "schema: is missing, for the file is empty; write schema = 1 above all else"),
+        (b"part_in_base = [0, 0, 0, 0, 0, 0]\n", "is a job's set-up, not a cell; name it behind --setup"),
         (b"\xff\xfe\x00\x80", "is not UTF-8 text; save it as UTF-8"),
         (bytes(range(256)), "is not UTF-8 text"),
         (b"\x00" * 100, "is not valid TOML"),
@@ -355,7 +357,7 @@ def test_bad_toml_names_its_line(tmp_path):
         (b"schema = 1\n[kinematics]\n", "the arm's joints are not A1, A2"),
         (TEXT.encode("utf-16"), "is not UTF-8 text"),
     ],
-    ids=range(8),
+    ids=range(9),
 )
 def test_files_that_are_no_cells(tmp_path, content, message):
     (tmp_path / "cell.toml").write_bytes(content)

@@ -132,6 +132,7 @@ BROKEN = [
     ("decimate_mm = 100", "decimate_mm: is 100"),
     ("part_in_bas = [0, 0, 0, 0, 0, 0]", "part_in_bas: is not a key that camrob knows here; is it part_in_base?"),
     ("place = [0, 0, 0]", "place: is not a key that camrob knows here; use chord_tolerance_mm, clearance_mm, "),
+    ("schema = 1\n[kinematics]\n", "is a cell, not a set-up; name it behind --cell"),
     ("tool = 3", "tool: is 3; give a table"),
     ("tool = [1, 2]", "tool: is not an array of tables"),
     ("[tool]\nnumber = 1", "tool.number: is not a key"),
