@@ -132,7 +132,7 @@ def _fixed(text: str, variant: str) -> str:
     text = text.replace("base_to_first = [0, 0, 0, 0, 0, 0]", f"base_to_first = {[float(v) for v in (*xyz, a, b, c)]}")
     text = text.replace("base_follows_table = true", "base_follows_table = false")
     text = _swap(text, r"base_template = [^\n]*\n", "").replace(
-        "act_ex_ax = 2", f"act_ex_ax = {variant == 'no-table':d}"
+        "act_ex_ax = 2\n", "" if variant == "no-table" else "act_ex_ax = 0\n"
     )
     return text
 
@@ -159,13 +159,8 @@ def machine(variant: str) -> Machine:
         )
     if variant in ("kr15", "one-way", "narrow"):
         return Machine(_LINES, _EK, lower=lower, upper=upper)
-    lines = _LINES
-    if variant == "still":
-        return Machine(tuple(x for x in lines if "ACT_EX" not in x), "{frame}", follows=False)
-    if variant == "no-table":
-        lines = tuple("$ACT_EX_AX = 1" if "ACT_EX" in x else x for x in lines)
-        return Machine(lines, "{frame}", follows=False, externals=("E1",))
-    return Machine(tuple(x for x in lines if "ACT_EX" not in x), "{frame}", follows=False, externals=())
+    externals = {"still": ("E1", "E2"), "no-table": ("E1",)}.get(variant, ())
+    return Machine(tuple(x for x in _LINES if "ACT_EX" not in x), "{frame}", follows=False, externals=externals)
 
 
 def bodies(variant: str, tool: tuple[float, float] | None, part: Body | None) -> Bodies:

@@ -19,7 +19,8 @@ PLACE = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
 class Job:
     """One posting. refuse: nothing may be released, whatever it is. story None: with `refuse` only.
 
-    options: of `post`. before: a job whose program lies in the folder already. pending: why today's program is not right.
+    options: of `post`. before: a job whose program lies in the folder already. beside: files that the
+    set-up names, by their names. pending: why today's program is not right.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Job:
     decimate: float = 0.0
     tool: tuple[float, float] | None = None
     part: Body | None = None
+    beside: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def program(self) -> str:
@@ -48,6 +50,8 @@ class Job:
         (folder / self.file).write_text(self.text, encoding="utf-8", newline="")
         if self.setup is not None:
             (folder / "setup.toml").write_text(self.setup, encoding="utf-8")
+        for name, text in self.beside.items():
+            (folder / name).write_text(text, encoding="utf-8")
         return folder / self.file
 
     def rules(self) -> Rules | None:

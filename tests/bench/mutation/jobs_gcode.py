@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from mutation.jobs import Job
+from mutation.jobs import PLACE, Job
 from mutation.story import Story, Triple
 
 
@@ -20,6 +20,7 @@ def jobs() -> list[Job]:
         _table("xyzac"),
         _table("xyzbc"),
         _tilted(),
+        _machine_axes(),
         _inverse_time(),
         _shifted(),
     ]
@@ -156,6 +157,23 @@ def _tilted() -> Job:
     story.cut(300, 10, 0, 0).arc(300, (10, 5, 0), (0, 0, 1), -270).rapid(15, 5, 30)
     story.rapid(0, 10, 30).rapid(0, 10, 2).cut(100, 0, 10, -3).rapid(0, 10, 30).rapid(0, 10, 40).event("off")
     return Job("gc-tilted", "tilted.nc", text, story)
+
+
+def _machine_axes() -> Job:
+    """A machine's own axes: a table that stands turned about a line 20 mm below the program's zero."""
+    text = (
+        "G21 G90 G94 G17\nT1 M6\nS6000 M3\nG0 X0 Y0 Z40 A30.\nG1 Z0 F500\nX12\nG2 X17 Y5 I0 J5\nG0 Z30\n"
+        "G81 X0 Y10 Z-3 R2 F100\nG80\nG0 Z40\nM5\nM30\n"
+    )
+    t = math.radians(30.0)  # the part sees the program's frame turned by it about X, through (0, 0, -20)
+    story = Story().event("change", 1).event("cw", 6000)
+    story.use((0, -20 * math.sin(t), -20 + 20 * math.cos(t), 0, 0, 30)).rapid(0, 0, 40, axis=(0, 0, 1)).cut(
+        500, 0, 0, 0
+    )
+    story.cut(500, 12, 0, 0).arc(500, (12, 5, 0), (0, 0, 1), -270).rapid(17, 5, 30)
+    story.rapid(0, 10, 30).rapid(0, 10, 2).cut(100, 0, 10, -3).rapid(0, 10, 30).rapid(0, 10, 40).event("off")
+    mill = '[[table]]\nword = "A"\ndirection = [-1, 0, 0]\npoint_mm = [0, 0, -20]\n'
+    return Job("gc-machine", "machine.nc", text, story, 'machine = "mill.toml"\n' + PLACE, beside={"mill.toml": mill})
 
 
 def _inverse_time() -> Job:

@@ -118,7 +118,7 @@ def _files() -> list[Job]:
         _gcode("no-f", _HEAD + path.replace(" F300", "")),
         _gcode("arc-off", _HEAD + path.replace("X10\n", "G2 X10 Y0 I3 J0\n")),
         _gcode("offset-midway", _HEAD + path.replace("X10\n", "X10\nG92 X0\nX5\n")),
-        _gcode("unknown-place", _HEAD + "G0 X0 Y0\nG1 Z0 F300\nX10\nG91 G28 Z0\nG90 G1 X20 F300\nG0 Z40\nM30\n"),
+        _gcode("unknown-place", _HEAD + "G0 X0 Y0\nG1 Z0 F300\nX10\nG91 G28 Z0\nG90 G1 X20 F300\nX30 Y5\nM30\n"),
         _gcode("turned", _HEAD + path.replace("X10\n", "X10 A20\n")),
         _gcode("setup-unit", _HEAD + path, "part_in_base = [0, 0, 200000, 0, 0, 0]\n"),
         _gcode("setup-key", _HEAD + path, PLACE + "rapid_mm_min = 500\n"),
