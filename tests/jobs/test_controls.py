@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from process_story import KR15, cell_with, posted
+from process_story import KR15, cell_with, posted, text_of
 from scipy.spatial.transform import Rotation
 
 from camrob.errors import SetupError, ToolpathError, VerificationError
@@ -202,3 +202,27 @@ def test_the_interrupt_for_stop_messages_is_declared_where_the_cell_asks_for_it(
     at = lines.index("GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )")
     assert lines[at - 1 : at + 3] == [";FOLD INI", lines[at], "INTERRUPT ON 3", "BAS (#INITMOV,0 )"]
     assert made.summary.witness.complete and not [f for f in made.findings if f.code == "verified-in-part"]
+
+
+def test_a_side_that_a_machines_table_turns_up_is_cut_where_it_lies_in_the_part(tmp_path) -> None:
+    """In the machine's own axes: its table tilts 85 mm below the program's zero. The rapid between the sides is the robot's."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "mill.toml").write_text(
+        '[[table]]\nword = "A"\ndirection = [-1, 0, 0]\npoint_mm = [12, -30, -85]\n'
+        '[[table]]\nword = "C"\ndirection = [0, 0, -1]\npoint_mm = [5, 8, 0]\n'
+    )
+    text = (
+        "G21 G90 G17 G94\nT1 M6\nS9000 M3\nG0 X20 Y10 Z60 A0 C0\nG1 Z-2 F400\nX40\nG0 Z120\nG0 A45. C90.\nG0 X30 Y0 Z60\n"
+        "G1 Z20 F400\nX45\nY12\nG0 Z120\nM5\nM30\n"
+    )
+    made = posted(tmp_path, "a.nc", text, setup='machine = "mill.toml"\n' + PLACE)
+    points = np.array([row.groups() for row in POINT.finditer(text_of(made))], float)
+    on_a, on_c = np.array([12, -30, -85]), np.array([5, 8, 0])
+    for a, c, xyz in ((0, 0, (40, 10, -2)), (45, 90, (30, 0, 20)), (45, 90, (45, 0, 20)), (45, 90, (45, 12, 20))):
+        about_c = Rotation.from_euler("z", c, degrees=True)  # the part sees the tool turn the other way than the table
+        about_a = Rotation.from_euler("x", a, degrees=True)
+        tip = about_c.apply(about_a.apply(np.array(xyz) - on_a) + on_a - on_c) + on_c
+        tool = about_c.apply(about_a.apply([0, 0, 1]))
+        row = points[np.linalg.norm(points[:, :3] - tip - [0, 0, 200], axis=1).argmin()]
+        assert np.linalg.norm(row[:3] - tip - [0, 0, 200]) < 0.001
+        assert np.linalg.norm(Rotation.from_euler("ZYX", row[3:], degrees=True).apply([0, 0, 1]) - tool) < 1e-5

@@ -276,7 +276,7 @@ class Interpreter:
         frame.move(words, modal.scale, _DEGREE, modal.incremental)
         self._coming.moved(rapid=motion == 0)
         if motion == 0:
-            return self.motions.rapid(block, [*before, *turned_before])
+            return self.motions.rapid(block.line)
         if self._coming.takes(block, motion):
             return
         self.motions.cuttable()
@@ -298,7 +298,7 @@ class Interpreter:
     def _cut_turning(self, block: Block, motion: int, begin: list[float]) -> None:
         """A cut that turns the axes of a known machine; `begin` as of `Motions.turning`."""
         straight = motion == 10 and block.corner is None and self._open is None
-        if not (straight and self.motions.turning(block, begin, cut=True)):
+        if not (straight and self.motions.turning(block, begin)):
             raise ToolpathError(
                 "an arc, a corner or a cut from an unknown place that turns the machine's rotary axes",
                 hint="turn them in straight moves, from a known place",

@@ -37,11 +37,9 @@ class Motions:
         self.defaulted = 0
         self._last_feed = 0.0
 
-    def rapid(self, block: Block, begin: list[float]) -> None:
-        """A rapid move to where the frame stands now, or the loss of the place; begin: X, Y, Z (m), A, B, C (rad) before it."""
-        frame, line = self.frame, block.line
-        if self.turning(block, begin, cut=False):
-            return
+    def rapid(self, line: int) -> None:
+        """A rapid move to where the frame stands now, or the loss of the place."""
+        frame = self.frame
         if frame.placeable and frame.known:
             self.path.rapid(frame.stance(), line)
             return
@@ -55,11 +53,11 @@ class Motions:
                 Severity.INFO,
             )
 
-    def turning(self, block: Block, begin: list[float], *, cut: bool) -> bool:
-        """A straight block that turns the axes of a machine whose kinematics is told, piece by piece.
+    def turning(self, block: Block, begin: list[float]) -> bool:
+        """A straight cut that turns the axes of a machine whose kinematics is told, piece by piece.
 
-        begin: X, Y, Z (m), A, B, C (rad) where it begins. False where it is no such block, or its beginning isn't known.
-        Raises ToolpathError for a cut of more than half a turn, which may go either way round.
+        begin: X, Y, Z (m), A, B, C (rad) where it begins. False where it is no such cut, or its beginning isn't known.
+        Raises ToolpathError for more than half a turn, which may go either way round.
         """
         frame, machine = self.frame, self.frame.machine
         start, end = np.array(begin), np.array((*frame.xyz, *frame.angles))
@@ -68,7 +66,7 @@ class Motions:
             return False
         if frame.vector is not None or self.path.place is None or not frame.placeable:
             return False
-        if cut and turn > _HALF_TURN:
+        if turn > _HALF_TURN:
             raise ToolpathError(
                 "a rotary axis turns by more than 180 degrees within one cut: an axis that rolls over goes the shorter way",
                 hint="post cuts in shorter moves",
@@ -79,13 +77,9 @@ class Motions:
         length = 0.0 if frame.tcp else reach(machine, frame.tool)
         ends = (start + shift, end + shift)
         tips, axes, way = pieces(machine, length, ends, tcp=frame.tcp, chord=self.path.chord, angle=self.path.angle)
-        feed = self._turning_feed(block, end - start, way) if cut else math.nan
+        feed = self._turning_feed(block, end - start, way)
         for tip, axis in zip(tips.tolist(), axes.tolist(), strict=True):
-            stance = Stance(tuple(tip), tuple(axis), (0.0, 0.0, 0.0), False, True)
-            if cut:
-                self.path.cut(stance, feed, block.line)
-            else:
-                self.path.rapid(stance, block.line)
+            self.path.cut(Stance(tuple(tip), tuple(axis), (0.0, 0.0, 0.0), False, True), feed, block.line)
         return True
 
     def _turning_feed(self, block: Block, goes: NDArray[np.float64], length: float) -> float:
@@ -108,7 +102,7 @@ class Motions:
         """Move along a cycle's normal, in the program's frame."""
         self.frame.xyz[2] = height
         if not cut:
-            self.rapid(block, [*self.frame.xyz, *self.frame.angles])
+            self.rapid(block.line)
             return
         self.cuttable()
         to = self.frame.stance()
