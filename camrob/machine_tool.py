@@ -17,13 +17,24 @@ from camrob.errors import ToolpathError
 from camrob.frozen import locked
 from camrob.se3 import rotation_exp
 
-__all__ = ["FEEDS", "Feed", "MachineTool", "RotaryAxis", "pieces", "placed", "reach", "rotary_axes", "unknown_axes"]
+__all__ = [
+    "FEEDS",
+    "TURNED",
+    "Feed",
+    "MachineTool",
+    "RotaryAxis",
+    "pieces",
+    "placed",
+    "reach",
+    "rotary_axes",
+    "unknown_axes",
+]
 
 Array = NDArray[np.float64]
 Feed = Literal["", "linear", "all"]
 FEEDS = ("linear", "all")
 _UP = np.array([0.0, 0.0, 1.0])
-_TURNED = 1e-9  # rad: a rotary axis nearer to a whole turn than this counts as at zero
+TURNED = 1e-9  # rad: a rotary axis nearer to a whole turn than this counts as at zero
 _MOST = 1 << 17  # pieces of one block
 
 
@@ -85,7 +96,7 @@ def rotary_axes(kinematics: str, angles: NDArray[np.float64]) -> NDArray[np.floa
     if kinematics == "xyzbc":
         b = angles[:, 1]
         return np.stack((-np.sin(b) * np.cos(c), np.sin(b) * np.sin(c), np.cos(b)), axis=1)
-    if kinematics == "unknown" and np.any(np.abs(np.sin(0.5 * angles)) > _TURNED):
+    if kinematics == "unknown" and np.any(np.abs(np.sin(0.5 * angles)) > TURNED):
         raise unknown_axes()
     return np.broadcast_to(_UP, (len(angles), 3)).copy()
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
-from camrob.machine_tool import MachineTool, placed, reach, rotary_axes, unknown_axes
+from camrob.machine_tool import TURNED, MachineTool, placed, reach, rotary_axes, unknown_axes
 from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame
 from camrob.units import deg_to_rad, rad_to_deg
 
@@ -16,8 +16,6 @@ __all__ = ["Stance", "ToolFrame", "Triple"]
 
 _LINEAR = {"X": 0, "Y": 1, "Z": 2}
 _ROTARY = {"A": 0, "B": 1, "C": 2}
-_UPRIGHT = np.array([0.0, 0.0, 1.0])
-_TURNED = 1e-9  # rad: a rotary axis nearer to a whole turn than this counts as at zero
 _HALF = 1e-6  # degrees: nearer to half a turn than this either way round may be the shorter one
 _SHORTEST = 1e-3  # of a vector: a component is printed with three decimals at least
 _ALIGNED = math.cos(deg_to_rad(0.1))  # a tool within 0.1 degrees of a tilted plane's normal stands on it
@@ -91,7 +89,7 @@ class ToolFrame:
         a, b, c = self.angles
         if a == 0.0 and b == 0.0 and c == 0.0:
             return False
-        return any(not (math.isfinite(v) and abs(math.remainder(v, math.tau)) < _TURNED) for v in (a, b, c))
+        return any(not (math.isfinite(v) and abs(math.remainder(v, math.tau)) < TURNED) for v in (a, b, c))
 
     @property
     def placeable(self) -> bool:
@@ -217,7 +215,7 @@ class ToolFrame:
                     hint="add it there as [[table]] or [[head]]",
                 )
             stranger = {"xyzac": 1, "xyzbc": 0}.get(self.kinematics)
-            if stranger is not None and abs(math.sin(0.5 * angles[stranger])) > _TURNED:
+            if stranger is not None and abs(math.sin(0.5 * angles[stranger])) > TURNED:
                 raise ToolpathError(
                     f"{'AB'[stranger]} turns in a program for {self.kinematics}: a kinematics that is not known here",
                     hint="post tool vectors, or for a machine with A and C or B and C",
