@@ -26,7 +26,6 @@ __all__ = [
     "identifiability",
     "named_parameter",
     "nuisance_of",
-    "prepare",
     "prepare_sets",
 ]
 
@@ -124,11 +123,6 @@ def prepare_sets(cell: Cell, sets: Sequence[Measurements], names: Sequence[str])
         columns = np.array([everything.index(renamed.get(n, n)) for n in names], np.int64)
         prepared.append(Prepared(SetModel(model, columns, len(everything)), data, tuple(everything), nuisance))
     return tuple(prepared)
-
-
-def prepare(cell: Cell, data: Measurements, names: Sequence[str]) -> Prepared:
-    """One set with its model. Raises LogError for too few poses, SingularError where the instrument can't be placed."""
-    return prepare_sets(cell, [data], names)[0]
 
 
 def identifiability(

@@ -47,16 +47,6 @@ class RegionBuilder:
         return len(self._events)
 
     @property
-    def last_position(self) -> NDArray[np.float64] | None:
-        """The newest point's position (3,), None where there is none yet."""
-        return np.array(self._last[:3]) if self._count else None
-
-    @property
-    def last_axis(self) -> NDArray[np.float64] | None:
-        """The newest point's tool axis (3,), None where there is none yet."""
-        return np.array(self._last[3:6]) if self._count else None
-
-    @property
     def last_move(self) -> Move | None:
         """How the tool came to the newest point, None where there is none yet."""
         return Move(int(self._last[6])) if self._count else None

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.language.formulas import NOTHING, Reader
-from camrob.toolpath.gcode.lexer import POLAR_WORDS, Block, Word, assemble
+from camrob.toolpath.gcode.lexer import POLAR_WORDS, Word
 
-__all__ = ["computed_block", "words_of"]
+__all__ = ["words_of"]
 
 
 def words_of(reader: Reader, *, stops: str = "") -> list[Word]:
@@ -43,8 +43,3 @@ def words_of(reader: Reader, *, stops: str = "") -> list[Word]:
             is_whole = plain.isdigit() or (letter == "P" and "." not in plain and value == int(value))
             found.append((letter, -value if negative else value, is_whole))
     return found
-
-
-def computed_block(reader: Reader, line: int, comment: str, optional: bool) -> Block:
-    """The block of what the reader has before it."""
-    return assemble(words_of(reader), line, comment, optional)
