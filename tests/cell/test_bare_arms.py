@@ -97,7 +97,8 @@ def test_signs_offsets_and_an_axis_that_slides(tmp_path: Path) -> None:
 
 def test_a_urdf_gives_the_chain_and_its_masses(tmp_path: Path) -> None:
     """Against the cell that the URDF was written from, and Pinocchio's reading of the same file."""
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     long = read_cell(UR10)
     folder = written(tmp_path / "urdf", 'schema = 1\nname = "urdf"\nstanding = "measured"\n[arm]\nurdf = "arm.urdf"\n')
     (folder / "arm.urdf").write_text(cell_urdf(long))

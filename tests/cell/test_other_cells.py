@@ -103,8 +103,6 @@ def test_an_arm_without_a_spherical_wrist(make_cell, tmp_path):
 @pytest.mark.parametrize("method", ["vjm", "planned"])
 def test_the_rolls_name_is_nobodys_business(make_cell, tmp_path, method):
     """A joint is the roll by its role: called otherwise, even like another axis's kin, the program is the same."""
-    if method == "planned":
-        pytest.importorskip("torch")
     cell = make_cell(lambda text: text.replace('name = "roll"', 'name = "A_spin"'), poses=True)
     assert read_cell(cell).axis_names == read_cell(KR15).axis_names
     for folder, out in ((KR15, "a"), (cell, "b")):

@@ -27,7 +27,8 @@ def test_poses_and_limits_are_pinocchio_s(name: str, tmp_path: Path) -> None:
     file = URDF / f"{name}.urdf"
     if not file.is_file():
         pytest.skip("../shared/benchmarks is not here")
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     tip, axes = ROBOTS[name]
     cell = cell_from_urdf(file, tip=tip, out=tmp_path).cell
     assert list(cell.names) == axes

@@ -56,7 +56,8 @@ def test_a_robot_s_rows_are_pinocchio_s_and_a_part_is_posted_with_them(tmp_path:
     file = URDF / "ur10e.urdf"
     if not file.is_file():
         pytest.skip("../shared/benchmarks is not here")
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     cell = cell_from_urdf(file, tip="tool0", post=True, out=tmp_path).cell
     model = pin.buildModelFromUrdf(str(file))
     data, frame = model.createData(), model.getFrameId("tool0")

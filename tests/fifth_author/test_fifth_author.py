@@ -47,7 +47,8 @@ def test_makers_import_nothing_of_what_they_judge_and_families_nothing_of_each_o
 
 @pytest.mark.parametrize("make", MACHINES.values(), ids=MACHINES)
 def test_chains_and_gravity_are_those_of_pinocchio(make) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     robot, joint, joints = make(), 0, {}
     model, before = pin.Model(), robot.base
     for row in robot.rows:  # a row is Rz(theta + q) Tz(d + q) Tx(a) Rx(alpha)

@@ -118,7 +118,8 @@ def textbook(text: str, q: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("closed", [True, False], ids=["spherical", "any"])
 def test_random_rows(tmp_path: Path, seed: int, closed: bool) -> None:
     """Kernels, plain frames, calibration's model, URDF and Pinocchio's own chain all stand where the textbook says."""
-    pinocchio = pytest.importorskip("pinocchio")
+    import pinocchio
+
     rng = np.random.default_rng(seed)
     text = drawn(rng, closed=closed)
     cell = cell_of(tmp_path, text)

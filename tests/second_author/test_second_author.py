@@ -69,7 +69,8 @@ def test_ur10_at_zero_is_where_its_maker_has_it() -> None:
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda r: r.name)
 def test_chains_and_gravity_are_those_of_pinocchio(robot) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     model, joint, offset = pin.Model(), 0, robot.base
     pre, post = robot._fixed
     joints = {}

@@ -72,7 +72,8 @@ def test_makers_import_numpy_scipy_and_plumbing_alone() -> None:
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda r: r.name)
 def test_chains_and_gravity_are_those_of_pinocchio(robot) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     model, joint, offset, (pre, post), joints = pin.Model(), 0, robot.base, robot._fixed, {}
     for i, row in enumerate(robot.rows):
         kind = pin.JointModelPZ() if robot.slides[i] else pin.JointModelRZ()

@@ -29,7 +29,8 @@ def line(count: int, length: float) -> np.ndarray:
 
 
 def test_toppra_agrees_where_speed_and_acceleration_bind():
-    toppra = pytest.importorskip("toppra")
+    import toppra
+
     count = 1000
     s, q = curve(count)
     control = interpolated(np.hstack([np.zeros((count + 1, 6)), q]), 1.0 / count)
