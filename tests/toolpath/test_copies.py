@@ -69,14 +69,55 @@ def test_tracut_transforms_till_it_is_called_off(tmp_path: Path) -> None:
     np.testing.assert_allclose(found[:, :3], [[2, 6, 6], [1, 2, 0]], atol=1e-9)
 
 
+MIRRORS = {"x": (-1, 1, 1), "y": (1, -1, 1), "both": (-1, -1, 1)}
+
+
+@pytest.mark.parametrize("signs", MIRRORS.values(), ids=MIRRORS)
+@pytest.mark.parametrize("word", ["TRACUT", "COPY"])
+def test_a_mirror_by_matrix_is_the_mirrored_path(tmp_path: Path, word: str, signs) -> None:
+    """APT-IV's CL editor multiplies points by any matrix (APT303), and axes by it (APT304): arcs go the other way round."""
+    body = "RAPID\nGOTO/10,0,5,0.6,0,0.8\nGOTO/10,0,0,0.6,0,0.8\n"
+    body += "CIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0,0.6,0,0.8\nGOTO/3,12,-1,0,0.28,0.96\n"
+    up = "RAPID\nGOTO/3,12,9,0,0.28,0.96\n"
+    rows = [[signs[0], 0, 0, 40], [0, signs[1], 0, 7], [0, 0, signs[2], 0]]
+    matrix = ",".join(f"{v:g}" for row in rows for v in row)
+    text = (
+        f"INDEX/1\n{body}{up}COPY/1,MODIFY,{matrix},1\n"
+        if word == "COPY"
+        else body + up + f"TRACUT/{matrix}\n{body}{up}"
+    )
+    found = cuts(tmp_path, HEAD + "MULTAX\n" + text + "FINI\n")
+    plain, image = np.split(found, 2)
+    np.testing.assert_allclose(image[:, :3], plain[:, :3] * signs + [40, 7, 0], atol=1e-9)
+    np.testing.assert_allclose(image[:, 3:], plain[:, 3:] * signs, atol=1e-9)
+    on_arc = plain[(plain[:, 1] > 1) & (plain[:, 1] < 9)]  # a quarter, the short way: in the first quadrant
+    assert len(on_arc) > 20
+    np.testing.assert_allclose(np.hypot(on_arc[:, 0], on_arc[:, 1]), 10.0, atol=1e-6)
+    assert (on_arc[:, 0] > 0.0).all()
+
+
+def test_a_mirrored_path_is_said(tmp_path: Path) -> None:
+    body = "TRACUT/-1,0,0,0,0,1,0,0,0,0,1,0\nRAPID\nGOTO/1,2,9\nGOTO/1,2,0\n"
+    assert "mirrored" in [f.code for f in read(tmp_path, HEAD + body + "FINI\n").findings]
+
+
+def test_points_tilted_by_a_matrix_keep_the_axis_that_they_print(tmp_path: Path) -> None:
+    """Rx(90): z goes to -y, y to z. What prints no axis stays upright in APT, and is refused here."""
+    body = "MULTAX\nTRACUT/1,0,0,0,0,0,-1,0,0,1,0,0\nRAPID\nGOTO/1,2,9,0,0,1\nGOTO/1,2,0\nTRACUT/NOMORE\nGOTO/5,5,5,0,0,1\n"
+    found = cuts(tmp_path, HEAD + body + "FINI\n")
+    np.testing.assert_allclose(found, [[1, 0, 2, 0, -1, 0], [5, 5, 5, 0, 0, 1]], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("body", "match"),
     [
         ("COPY/1,SAME,2\n", "without its INDEX"),
-        (f"INDEX/1\n{GROOVE}COPY/1,MIRROR,YZPLAN,1\n", "is not read"),
+        (f"INDEX/1\n{GROOVE}COPY/1,MIRROR,YZPLAN,1\n", "CL editor refuses"),
         (f"INDEX/1\n{GROOVE}COPY/1,TRANSL,1,2,3\n", "is not read"),
         (f"INDEX/1\n{GROOVE}COPY/1,SAME,1.5\n", "1.5 copies"),
-        (f"INDEX/1\n{GROOVE}COPY/1,MODIFY,-1,0,0,0,0,1,0,0,0,0,1,0,1\n", "mirrored"),
+        (f"INDEX/1\n{GROOVE}COPY/1,MODIFY,-1,0,0,0,0,1,0,0,0,0,2,0,1\n", "not unit vectors"),
+        (f"INDEX/1\n{GROOVE}COPY/1,MODIFY,1,0,0,0,0,0,-1,0,0,1,0,0,1\n", "axis is not stated"),
+        ("TRACUT/1,0,0,0,0,1,0,0,0,0,-1,0\nGOTO/1,2,3\n", "axis is not stated"),
         (f"INDEX/1\nTRACUT/1,0,0,1,0,1,0,0,0,0,1,0\n{GROOVE}COPY/1,SAME,1\n", "TRACUT in it"),
         (f"INDEX/1\n{GROOVE}FINI\nCOPY/1,SAME,1\n", "after the program's end"),
         (f"INDEX/1\n{GROOVE}COPY/1,SAME,1\nCOPY/1,TRANSL,0,9,0,1\n", "a second time"),

@@ -12,7 +12,20 @@ from camrob.findings import Severity
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import Machine, unit_axis
 
-__all__ = ["Table", "camera", "csys", "matrix_rows", "msys", "rotation", "set_frame", "tracut", "trans", "trntyp"]
+__all__ = [
+    "Table",
+    "camera",
+    "csys",
+    "matrix_rows",
+    "msys",
+    "rigid",
+    "rotation",
+    "set_frame",
+    "set_transformed",
+    "tracut",
+    "trans",
+    "trntyp",
+]
 
 _SLACK = 1e-3  # of a printed rotation: five decimals are common
 _HINT = "output the frame again from the CAM system"
@@ -20,10 +33,16 @@ _HINT = "output the frame again from the CAM system"
 
 def rotation(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
     """The rotation nearest to a printed one. Raises ToolpathError when that is no rotation (mirrored, skew, scaled)."""
-    if not np.all(np.isfinite(R)) or np.max(np.abs(R.T @ R - np.eye(3))) > _SLACK:
-        raise ToolpathError("a frame's axes are not unit vectors at right angles", hint=_HINT, line=line)
+    nearest = rigid(R, line)
     if np.linalg.det(R) < 0.0:
         raise ToolpathError("a frame is mirrored (left-handed)", hint=_HINT, line=line)
+    return nearest
+
+
+def rigid(R: NDArray[np.float64], line: int) -> NDArray[np.float64]:
+    """The rotation, or rotation and mirror, nearest to a printed one. Raises ToolpathError where it scales or skews."""
+    if not np.all(np.isfinite(R)) or np.max(np.abs(R.T @ R - np.eye(3))) > _SLACK:
+        raise ToolpathError("a frame's axes are not unit vectors at right angles", hint=_HINT, line=line)
     if np.array_equal(R.T @ R, np.eye(3)):
         return R
     u, _, vt = np.linalg.svd(R)
@@ -43,6 +62,17 @@ def set_frame(m: Machine, part_R_cl: NDArray[np.float64], part_p_cl: NDArray[np.
     m.announce("")
 
 
+def set_transformed(m: Machine, part_R_cl: NDArray[np.float64], part_p_cl: NDArray[np.float64], line: int) -> None:
+    """As `set_frame`, of a matrix of APT's: it takes the points along, and the tool axes that are printed (MULTAX).
+
+    An axis that none of its points prints stays upright there, so that points tilted out of their plane must print theirs.
+    """
+    set_frame(m, part_R_cl, part_p_cl, line)
+    m.axis_lost |= bool(part_R_cl[2, 2] < 1.0 - 1e-9)
+    if m.handed < 0.0:
+        m.find("mirrored", "the path is mirrored from here on: what climbed cuts the conventional way", line)
+
+
 def msys(m: Machine, s: Statement) -> None:
     """NX: origin, X axis and Y axis of the machining frame in the part's; the points are in that frame."""
     v = np.array(s.numbers)
@@ -58,8 +88,8 @@ def tracut(m: Machine, s: Statement) -> None:
     """TRACUT/matrix: the points behind it, transformed by three rows of four, are the part's; TRACUT/NOMORE ends it."""
     if not (m.plain_frame or m.transformed) or m.shifted:
         raise ToolpathError("TRACUT in a frame of the file's own", hint="output the points transformed", line=s.line)
-    R, shift = (np.eye(3), np.zeros(3)) if {"NOMORE", "OFF"} & set(s.words) else _matrix(s.numbers, "TRACUT", s.line)
-    set_frame(m, R, shift * m.scale, s.line)
+    rows = np.eye(3, 4) if {"NOMORE", "OFF"} & set(s.words) else _rows(s.numbers, "TRACUT", s.line)
+    set_transformed(m, rigid(rows[:, :3], s.line), rows[:, 3] * m.scale, s.line)
     m.transformed = not m.plain_frame
 
 
@@ -93,11 +123,16 @@ def trans(m: Machine, s: Statement) -> None:
     set_frame(m, np.eye(3), shift * m.scale, s.line)
 
 
-def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Rotation and translation (file's unit) of a frame printed as three rows of four."""
+def _rows(numbers: list[float], word: str, line: int) -> NDArray[np.float64]:
+    """Three rows of four, file's unit."""
     if len(numbers) != 12:
         raise ToolpathError(f"{word} has {len(numbers)} numbers, not 12", hint=_HINT, line=line)
-    rows = np.array(numbers).reshape(3, 4)
+    return np.array(numbers).reshape(3, 4)
+
+
+def _matrix(numbers: list[float], word: str, line: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rotation and translation (file's unit) of a frame printed as three rows of four."""
+    rows = _rows(numbers, word, line)
     return rotation(rows[:, :3], line), rows[:, 3]
 
 

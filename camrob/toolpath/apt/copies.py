@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.apt.coordinates import rotation, set_frame
+from camrob.toolpath.apt.coordinates import rigid, set_frame, set_transformed
 from camrob.toolpath.apt.lexer import Rows, Statement
 from camrob.toolpath.apt.policy import is_off
 from camrob.toolpath.apt.state import Machine
@@ -73,7 +73,7 @@ class Copies:
         for _ in range(count):
             R, p = turn @ R, turn @ p + shift
             m.axis_raw = stretch.axis
-            set_frame(m, base_R @ R, base_R @ p + base_p, s.line)
+            set_transformed(m, base_R @ R, base_R @ p + base_p, s.line)
             for item, rapid in stretch.items:
                 m.rapid = rapid
                 if isinstance(item, Statement):
@@ -107,8 +107,11 @@ def _transformation(s: Statement, scale: float) -> tuple[NDArray[np.float64], ND
     """
     kind = s.words[0] if s.words else ""
     numbers = s.numbers[1:]
+    if kind == "MIRROR":
+        hint = "write the mirror as a matrix: COPY/n,MODIFY,-1,0,0,0, 0,1,0,0, 0,0,1,0, m mirrors X"
+        raise ToolpathError("COPY with MIRROR, which APT's own CL editor refuses, too", hint=hint, line=s.line)
     if kind not in _NUMBERS or len(s.words) != 1 or len(numbers) != _NUMBERS[kind] + 1 or s.args[1] != kind:
-        hint = "COPY/n,SAME,m or TRANSL,x,y,z,m or XYROT,degrees,m, or output the copies as points"
+        hint = "COPY/n,SAME,m or TRANSL,x,y,z,m or XYROT,degrees,m or MODIFY,matrix,m, or output the copies as points"
         raise ToolpathError(f"COPY/{s.text.strip()[:40]} is not read", hint=hint, line=s.line)
     count = numbers[-1]
     if count != int(count) or not 1 <= count <= _MOST:
@@ -121,5 +124,5 @@ def _transformation(s: Statement, scale: float) -> tuple[NDArray[np.float64], ND
         turn = np.array([[c, -sn, 0.0], [sn, c, 0.0], [0.0, 0.0, 1.0]])
     elif kind == "MODIFY":
         rows = np.array(numbers[:12]).reshape(3, 4)
-        turn, shift = rotation(rows[:, :3], s.line), rows[:, 3] * scale
+        turn, shift = rigid(rows[:, :3], s.line), rows[:, 3] * scale
     return turn, shift, int(count)

@@ -40,7 +40,7 @@ def circle(m: Machine, s: Statement) -> None:
     length = float(np.linalg.norm(normal))
     if not abs(length - 1.0) <= 1e-3:
         raise ToolpathError(f"CIRCLE's axis has the length {length:.4f}", hint="output it again", line=s.line)
-    axis = m.part_R_cl @ normal / length
+    axis = m.handed * m.part_R_cl @ normal / length
     left_handed = m.dialect.left_handed_arcs
     if left_handed is None:  # eleven numbers are NX's and Makino's way of writing it
         left_handed = len(v) >= _LEFT_HANDED

@@ -23,7 +23,7 @@ _SOURCE_WORDS = re.compile(
 _MOVING = {
     "TRANS": "shifts the points behind it",
     "ORIGIN": "shifts the points behind it",
-    "ROTATE": "turns the points behind it",
+    "ROTATE": "turns the machine or the points behind it",
     "ROTHED": "turns the head",
     "ROTABL": "turns the table",
     "MATRIX": "transforms the points behind it",
@@ -47,6 +47,17 @@ _MOVING = {
     "PLUNGE": "takes the tool back down to where it was",
     "ZERO": "shifts the points behind it",
     "RESET": "takes back what nobody here knows",
+}
+# of some of them, why it can't be known, and what to do instead
+_OPEN = {
+    "MIRROR": (
+        "no standard of CL data has the word, and posts differ in the plane, the centre and what else they mirror",
+        "mirror the operations in the CAM system, or write the matrix: TRACUT/-1,0,0,0, 0,1,0,0, 0,0,1,0 mirrors X",
+    ),
+    "ROTATE": (
+        "posts differ in whether it turns a table, a head or the points, and in whether the points behind it are printed turned",
+        "output the points in the part's frame with i, j, k and without it; of points, TRACUT or COPY/n,XYROT says it",
+    ),
 }
 _MODES = frozenset(("SET", "MODE"))
 _MAY_BE_ZERO = frozenset(("ORIGIN", "ROTATE", "ROTHED", "ROTABL"))
@@ -101,8 +112,6 @@ class Strangers:
             return
         if s.word == "PREFUN" and s.numbers and s.numbers[0] in _HARMLESS_PREFUN:
             return
-        raise ToolpathError(
-            f"{s.word} {_MOVING[s.word]}: that may mean motion elsewhere, and is not done",
-            hint="output the points as they are to be cut from the CAM system",
-            line=s.line,
-        )
+        usual = "that may mean motion elsewhere", "output the points as they are to be cut from the CAM system"
+        why, hint = _OPEN.get(s.word, usual)
+        raise ToolpathError(f"{s.word} {_MOVING[s.word]}: {why}, and is not done", hint=hint, line=s.line)

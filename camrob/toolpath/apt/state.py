@@ -103,6 +103,11 @@ class Machine:
         return self.feeds.scale
 
     @property
+    def handed(self) -> float:
+        """1.0, or -1.0 where the points are mirrored: arcs about an axis then go the other way round."""
+        return 1.0 if self.plain_frame or np.linalg.det(self.part_R_cl) > 0.0 else -1.0
+
+    @property
     def rpm(self) -> float:
         """Programmed spindle speed, 0.0 where the file has stated none."""
         return self.feeds.rpm
@@ -257,9 +262,9 @@ class Machine:
         """The modal tool axis (3,) in the part's frame; ToolpathError where a change of frame left it undefined."""
         if self.axis_lost:
             raise ToolpathError(
-                "the frame has changed, or MULTAX was switched off, while the tool was tilted,"
+                "the frame has changed, or MULTAX was switched off, where the tool is or becomes tilted,"
                 " and the tool axis is not stated again",
-                hint="output i, j, k on the first GOTO of each operation",
+                hint="output i, j, k on the first GOTO of each operation, and of what TRACUT or COPY tilts (MULTAX)",
                 line=line,
             )
         if self.axis_inherited:

@@ -163,7 +163,6 @@ class AptReader(AptProcess):
             what = f"{s.major} with {s.fields[read.index(None)]!r} where a number has to be"
             raise ToolpathError(what, hint="APT part programs have to go through the APT processor first")
         values = [v for v in read if v is not None]
-        axis = unit(np.array(values[3:])) if len(values) == 6 else None
         values = values[:6] if s.major == "GOTO" and len(values) == 9 else values  # of the surface, or ahead
         axis = unit(np.array(values[3:])) if len(values) == 6 else None
         if len(values) not in (3, 6) or (len(values) == 6 and axis is None):
@@ -171,7 +170,8 @@ class AptReader(AptProcess):
                 s.line, NO_AXIS if len(values) == 6 else f"{s.major} with neither 3 numbers nor 6", last=s.last
             )
             return None
-        self._place.axis = self._place.axis if axis is None else axis
+        if axis is not None:
+            self._place.prints(axis)
         return values[:3]
 
     def _goto(self, s: Statement) -> None:
@@ -228,18 +228,19 @@ class AptReader(AptProcess):
             return
         index, self._index = self._index, {}
         stretch = "\n" * first[0] + (self._source.lines.stretch(first[0], s.line - 1) or "\n")
-        for place.part_R_points, place.part_p_points in found[1]:
+        for frame in found[1]:
+            place.by_matrix(frame, s.line)
             place.axis = first[1]
             self._all(Source(stretch))
+        place.by_matrix(base, s.line)
         self._index, place.axis = index, axis
-        place.part_R_points, place.part_p_points = base
 
     def _tracut(self, s: Statement) -> None:
         found = (np.eye(3), np.zeros(3)) if CANCELS & set(s.words) else matrix_of(s.numbers, self._place.scale)
         if found is None:
             self._hide(s)
         else:
-            self._place.part_R_points, self._place.part_p_points = found
+            self._place.by_matrix(found, s.line)
 
     def _trans(self, s: Statement) -> None:
         """Behind motions: what is printed from here on lies that much farther. A second one may replace or add to the first."""
@@ -255,11 +256,8 @@ class AptReader(AptProcess):
             self._moved_by = place.part_p_points = np.array(by) * place.scale
 
     def _run(self, run: Run) -> None:
-        axes = np.where(np.isnan(run.axes), self._place.axis, run.axes)
-        self._place.axis = axes[-1] / np.linalg.norm(axes[-1])
-        axes = axes @ self._place.part_R_points.T
-        tips = self._place.part_p_points + (run.points * self._place.scale) @ self._place.part_R_points.T
-        self._tell.run(tips, axes / np.linalg.norm(axes, axis=1, keepdims=True), run.line)
+        tips, axes = self._place.points(run.points, run.axes)
+        self._tell.run(tips, axes, run.line)
 
     def _from(self, s: Statement) -> None:
         if (point := self._points(s)) is not None:
@@ -299,7 +297,7 @@ class AptReader(AptProcess):
             self._tell.note(f"arcs run {hand}-handed about the axis of CIRCLE: the file doesn't say whose it is")
         if "CLOCKWISE" in fields or "COUNTERCLOCKWISE" in fields:
             turned = "CLOCKWISE" in fields
-        axis = self._place.part_R_points @ (-normal if turned else normal)
+        axis = self._place.hand * self._place.part_R_points @ (-normal if turned else normal)
         self._circle = (self._place.point(values[:3]), axis, int(times or 0))
 
     def _indirv(self, s: Statement) -> None:

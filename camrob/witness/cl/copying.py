@@ -26,10 +26,10 @@ _NEAR = 0.5  # degrees: between the angle that is named and the arc's
 
 
 def matrix_of(values: list[float], scale: float) -> Frame | None:
-    """Three rows of four as a rotation and a shift (m), None where it is none."""
+    """Three rows of four as a rotation, or one with a mirror, and a shift (m), None where it is none."""
     rows = np.array(values).reshape(3, 4) if len(values) == 12 else np.zeros((3, 4))
     turn = rows[:, :3]
-    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0.0:
+    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3:
         return None
     return turn, rows[:, 3] * scale
 

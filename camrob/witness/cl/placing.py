@@ -46,6 +46,33 @@ class Placing:
         """A printed point in the part, m."""
         return self.part_p_points + self.part_R_points @ (np.array(values) * self.scale)
 
+    def points(self, values: Array, printed: Array) -> tuple[Array, Array]:
+        """Printed points (N, 3) and their axes, those behind none NaN, in the part."""
+        axes = np.where(np.isnan(printed), self.axis, printed)
+        if not np.isnan(printed[0]).any():
+            self.prints(axes[0])
+        self.axis = axes[-1] / np.linalg.norm(axes[-1])
+        axes = axes @ self.part_R_points.T
+        tips = self.part_p_points + (values * self.scale) @ self.part_R_points.T
+        return tips, axes / np.linalg.norm(axes, axis=1, keepdims=True)
+
+    @property
+    def hand(self) -> float:
+        """-1 where the points are mirrored, so that what turned right-handedly turns left-handedly; else 1."""
+        return math.copysign(1.0, float(np.linalg.det(self.part_R_points)))
+
+    def prints(self, axis: Array) -> None:
+        """A point prints its axis."""
+        self.axis = axis
+        self._tell.hidden.pop("upright", None)
+
+    def by_matrix(self, frame: tuple[Array, Array], line: int) -> None:
+        """A matrix of TRACUT's or COPY's: of axes it takes those along that are printed, and leaves the others upright."""
+        self.part_R_points, self.part_p_points = frame
+        self._tell.hidden.pop("upright", None)
+        if abs(frame[0][2, 2] - 1.0) > 1e-9:
+            self._tell.hidden["upright"] = (line, "points that a matrix tilts, and no tool axis printed behind it")
+
     def along(self) -> Array:
         """The tool's axis in the part."""
         axis = self.part_R_points @ self.axis

@@ -365,15 +365,11 @@ def test_a_feed_without_a_unit_after_the_lengths_have_changed_theirs() -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        "MIRROR/XAXIS",
-        "MIRROR/YZPLAN",
-        "MIRROR",
         "SCALE/2",
         "MODIFY/XAXIS,YAXIS",
         "REPEAT/3",
         "THREAD/TURN,1",
         "SET/ORIGIN,5",
-        "SET/MIRROR,ON",
         "ROTHED/45",
         "GOCLER/1",
         "GOPARK",
@@ -381,6 +377,11 @@ def test_a_feed_without_a_unit_after_the_lengths_have_changed_theirs() -> None:
 )
 def test_words_that_would_make_another_part(words: str) -> None:
     refused(HEAD + DOWN + words + "\nGOTO/1,0,0\n", 7, "may mean motion")
+
+
+@pytest.mark.parametrize("words", ["MIRROR/XAXIS", "MIRROR/YZPLAN", "MIRROR", "SET/MIRROR,ON", "ROTATE/TABLE,30"])
+def test_words_that_posts_read_differently(words: str) -> None:
+    refused(HEAD + DOWN + words + "\nGOTO/1,0,0\n", 7, "posts differ in .*, and is not done")
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def _movarc(m: Machine, s: Statement) -> None:
     start, center = m.position, m.to_part(np.array(s.numbers[:3]))
     circle(m, plain)
     along = m.curve
-    normal = m.part_R_cl @ np.array(s.numbers[3:6])
+    normal = m.handed * m.part_R_cl @ np.array(s.numbers[3:6])
 
     def arc(end: np.ndarray, tool: np.ndarray, line: int) -> None:
         if start is None or along is None:
