@@ -19,6 +19,7 @@ from camrob.jobs.closing.added_targets import meant_rows
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.closing.loop_file import LoopJob, Rehearsal, read_loop_job
 from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
+from camrob.jobs.closing.off_way import off_path_size
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for, language_of
@@ -36,7 +37,7 @@ from camrob.prediction.read_force import read_force
 from camrob.progress import Progress
 from camrob.report.closing.page import ledger_report
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
-from camrob.summaries.compensate_summary import CompensateSummary, OffPathSize
+from camrob.summaries.compensate_summary import CompensateSummary
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import m_to_mm, mm_to_m
 
@@ -94,7 +95,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     with staged_output(out) as folder:
         text = json.dumps(ledger.to_json(), indent=2, allow_nan=False)
         (folder / "ledger.json").write_text(text + "\n", encoding="utf-8")
-        (folder / "ledger.html").write_text(ledger_report(ledger, loop.seen, loop.understood), encoding="utf-8")
+        (folder / "ledger.html").write_text(ledger_report(ledger, loop.along(), loop.understood), encoding="utf-8")
     return CloseLoopResult(ledger)
 
 
@@ -144,6 +145,10 @@ class _Loop:
             made_from=self.made_from,
             files=("ledger.json", "ledger.html"),
         )
+
+    def along(self) -> dict[int, tuple[Array, Array]]:
+        """Of each turn that was measured, places along the path (K,), m, and how far the tool was off there (K,), m."""
+        return {turn: (seen.along, seen.distance.off) for turn, seen in self.seen.items()}
 
     def _folder(self, turn: int) -> Path:
         return self.out / f"turn_{turn}"
@@ -228,7 +233,7 @@ class _Loop:
             what = f"{turn.program} holds a different number of motions from {self.intended.name}"
             raise VerificationError(f"{what}; begin the loop anew in an empty folder")
         seen = measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows)
-        self.seen[turn.turn], size = seen, _size(seen.off)
+        self.seen[turn.turn], size = seen, off_path_size(seen.distance)
         noise = log.info.sigma_position
         self.logs.append(path)
         self.turns[-1] = replace(
@@ -348,15 +353,6 @@ def _fitted(diagnosis: Path) -> Path | None:
     """The constants that a diagnosis handed over, where there are any."""
     file = diagnosis / "fitted.toml"
     return file if file.is_file() else None
-
-
-def _size(distance: Array) -> OffPathSize:
-    """The figures of measured distances (K,), m, by rows."""
-    return OffPathSize(
-        rms_mm=m_to_mm(float(np.sqrt(np.mean(distance**2)))),
-        p95_mm=m_to_mm(float(np.quantile(distance, 0.95))),
-        max_mm=m_to_mm(float(np.max(distance))),
-    )
 
 
 def _rivals(said: DiagnosisSummary) -> bool:

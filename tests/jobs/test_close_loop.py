@@ -14,11 +14,15 @@ from page_data import block_of
 from camrob.cell.read_cell import read_cell
 from camrob.cli import app as cli
 from camrob.errors import InputError
+from camrob.gap.observation.program_track import motions_of_lines
 from camrob.jobs.close_loop import close_loop
 from camrob.jobs.closing.measured_path import intended_path, measured_off_path
+from camrob.jobs.closing.off_way import off_path_size
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
+from camrob.program.motion import Motion
+from camrob.summaries.compensate_summary import OffPathSize
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -98,11 +102,42 @@ def test_a_piece_of_a_run_says_nothing_of_the_rest(job: Path, tmp_path: Path, mo
     for without in ((), ("line",)):
         columns = {k: v for k, v in log.columns.items() if k not in without}
         whole = measured_off_path(MeasurementLog(columns, log.info), program, cell, intended, rows)
-        assert 1e-5 < np.median(whole.off) < 1e-3
+        assert 1e-5 < np.median(whole.distance.off) < 1e-3
         for kept in (slice(0, len(log) // 3), slice(len(log) // 3, None)):
             piece = MeasurementLog({k: v[kept] for k, v in columns.items()}, log.info)
             with pytest.raises(InputError, match=r"shows the tool on \d+ % of the way"):
                 measured_off_path(piece, program, cell, intended, rows)
+
+
+def test_a_tool_that_waits_where_it_is_off_counts_no_more_for_it(job: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(closed_loop, "ROWS", slice(0, None, 10))
+    out = tmp_path / "loop"
+    close_loop(job, out=out)
+    file = out / "turn_1" / "short.src"
+    log, program, cell = closed_loop.run_on_cell(file, true_machine, 1), read_krl(file), read_cell(closed_loop.CELL)
+    intended, rows = intended_path(program, cell), np.arange(len(program))
+
+    def measured(columns) -> OffPathSize:
+        return off_path_size(
+            measured_off_path(MeasurementLog(columns, log.info), program, cell, intended, rows).distance
+        )
+
+    ran = measured(log.columns)
+    cut = np.flatnonzero(np.asarray(program.kind)[motions_of_lines(program, log.columns["line"])] >= Motion.LIN)
+    off = closed_loop.off_path(log, file)[cut]
+    worst = int(cut[np.argmax(off)])
+    # half as long again at that place as the whole run takes, with the instrument's noise
+    order = np.concatenate([np.arange(worst + 1), np.full(len(log) // 2, worst), np.arange(worst + 1, len(log))])
+    held = {k: np.asarray(v)[order].copy() for k, v in log.columns.items()}
+    held["t"] = 0.04 * np.arange(len(order))
+    noise = np.random.default_rng(5)
+    for name in "xyz":
+        held[name][worst + 1 : worst + 1 + len(log) // 2] += noise.normal(0.0, closed_loop.SIGMA_MM, len(log) // 2)
+    waited = measured(held)
+    assert waited.rms_mm == pytest.approx(ran.rms_mm, rel=0.01)
+    assert waited.p95_mm == pytest.approx(ran.p95_mm, rel=0.01)
+    by_rows = np.concatenate([off, np.full(len(log) // 2, off.max())])
+    assert np.sqrt(np.mean(by_rows**2)) > 1.1 * np.sqrt(np.mean(off**2))
 
 
 @pytest.mark.slow

@@ -19,7 +19,8 @@ from camrob.controller.replay import Replay, replay
 from camrob.errors import SingularError, UnreachableError
 from camrob.findings import Finding, Severity
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
-from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, OffWay, off_path_size, shifted
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
+from camrob.jobs.closing.off_way import OffWay, off_path_size
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.program.language import Language
 from camrob.program.motion import Motion

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.program_track import nearest_on_path
+from camrob.jobs.closing.off_way import OffWay
 from camrob.jobs.closing.run_way import RunWay, arcs_of
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -27,10 +27,8 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.progress import Share
 from camrob.se3 import rotation_exp
-from camrob.summaries.compensate_summary import OffPathSize
-from camrob.units import m_to_mm
 
-__all__ = ["DiagnosedMachine", "MachineRun", "OffWay", "off_path_size", "shifted"]
+__all__ = ["DiagnosedMachine", "MachineRun", "shifted"]
 
 Array = NDArray[np.float64]
 
@@ -76,36 +74,6 @@ class DiagnosedMachine:
             cuts=np.asarray(cuts[motion]),
             assumed=False,
         )
-
-
-class OffWay(NamedTuple):
-    """At rows of a run along lines and arcs: how far the tool is off the path (K,), m; the way (K,) since the row before, m, by
-    which that counts, as surface is made by the way and not by the time that it takes; and the motion (K,) that the row is of.
-    """
-
-    off: Array
-    way: Array
-    motion: NDArray[np.int64]
-
-    def mean_square(self) -> float:
-        """Of the distance, m2, over the way."""
-        return float(np.average(self.off**2, weights=self.way)) if self.way.sum() > 0.0 else 0.0
-
-    def within(self, share: float) -> float:
-        """The distance, m, that is kept on a share of the way."""
-        order = np.argsort(self.off)
-        done = np.cumsum(self.way[order])
-        return float(self.off[order][min(np.searchsorted(done, share * done[-1]), len(order) - 1)])
-
-    def worst(self) -> float:
-        """The largest distance, m."""
-        return float(np.max(self.off))
-
-    def by_motion(self, count: int) -> Array:
-        """(count,) m rms over the way of each motion; 0 where none is told."""
-        way = np.bincount(self.motion, weights=self.way, minlength=count)
-        square = np.bincount(self.motion, weights=self.way * self.off**2, minlength=count)
-        return np.asarray(np.sqrt(np.divide(square, way, out=np.zeros(count), where=way > 0.0)))
 
 
 @dataclass(frozen=True)
@@ -193,12 +161,3 @@ def shifted(targets: Array, twists: Array) -> Array:
     out[:, :3, 3] -= twists[:, :3]
     out[:, :3, :3] = rotation_exp(-twists[:, 3:]) @ targets[:, :3, :3]
     return np.asarray(out)
-
-
-def off_path_size(found: OffWay) -> OffPathSize:
-    """The figures of a run."""
-    return OffPathSize(
-        rms_mm=m_to_mm(float(np.sqrt(found.mean_square()))),
-        p95_mm=m_to_mm(found.within(0.95)),
-        max_mm=m_to_mm(found.worst()),
-    )

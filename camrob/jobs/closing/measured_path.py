@@ -14,7 +14,8 @@ from camrob.controller.replay import program_cell, replay
 from camrob.errors import LogError
 from camrob.gap.observation.program_track import motions_of_lines, nearest_on_path
 from camrob.gap.observation.scene import make_scene
-from camrob.kinematics.frames import world_T_base
+from camrob.jobs.closing.off_way import OffWay
+from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.program.motion import Motion
@@ -32,10 +33,13 @@ _NEAR = mm_to_m(10.0)  # of a place on the path that was seen, where rows don't 
 
 
 class OffPath(NamedTuple):
-    """In the order of the log: places along the intended path (K,), m from its beginning, and how far off the tool was, m."""
+    """In the order of the log: places along the intended path (K,), m from its beginning, and how far off the tool was there,
+    which counts by the way that the set-points ask for since the row before: an instrument's noise adds no way where the tool
+    stands.
+    """
 
     along: Array
-    off: Array
+    distance: OffWay
 
 
 def intended_path(program: ProgramText, cell: Cell) -> ProgrammedPath:
@@ -86,7 +90,9 @@ def measured_off_path(
     if seen < _WHOLE:
         what = f"shows the tool on {100.0 * seen:.0f} % of the way along the lines and arcs of {program.name}"
         raise LogError(what, hint="log the whole run: the rest may be off by anything", path=log.path)
-    return OffPath(along[cut], np.asarray(off))
+    asked = base_T_tool(tooled, scene.postures(scene.command))[:, :3, 3]
+    way = np.append(0.0, np.linalg.norm(np.diff(asked, axis=0), axis=1) * (cut[1:] & cut[:-1]))
+    return OffPath(along[cut], OffWay(np.asarray(off), way[cut], owner[cut]))
 
 
 def _seen(
