@@ -1,12 +1,10 @@
 """The command line: thin verbs that parse, hand over to a job, and print what it returns.
 
-A verb is offered where its job, `camrob/jobs/<verb>.py`, is there; a job is imported when its verb runs, so that the
-command line itself starts at once.
+A job, `camrob/jobs/<verb>.py`, is imported when its verb runs, so that the command line itself starts at once.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -314,7 +312,7 @@ def version(asked: bool) -> None:
 
 
 def build_app() -> typer.Typer:
-    """The application, with a verb for every job that is there."""
+    """The application with all its verbs."""
     app = typer.Typer(
         name="camrob",
         help="CAM toolpaths into verified programs for redundant robot machining cells.",
@@ -332,8 +330,7 @@ def build_app() -> typer.Typer:
         """CAM toolpaths into verified programs for redundant robot machining cells."""
 
     for verb in VERBS:
-        if importlib.util.find_spec(f"camrob.jobs.{verb.__name__}") is not None:
-            app.command(verb.__name__.replace("_", "-"))(verb)
+        app.command(verb.__name__.replace("_", "-"))(verb)
     app.command("study")(study)
     app.command("samples")(samples)
     app.add_typer(cell_app(), name="cell")

@@ -13,6 +13,7 @@ from camrob.errors import InputError
 from camrob.text import printable
 
 __all__ = [
+    "CellArgument",
     "CellOption",
     "CorrectedOption",
     "CycleOption",
@@ -108,6 +109,15 @@ CellOption = Annotated[
         autocompletion=cells_to_complete,
         help="The cell's folder (or its cell.toml), or the name of one that comes with camrob.",
         metavar="CELL",
+    ),
+]
+CellArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="CELL",
+        callback=known_cell,
+        autocompletion=cells_to_complete,
+        help="The cell's folder, or its name.",
     ),
 ]
 TrackerCellOption = Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from camrob.cli.console import perform, renderer
-from camrob.cli.options import JsonOption, QuietOption, cells_to_complete, known_cell
+from camrob.cli.options import CellArgument, JsonOption, QuietOption, cells_to_complete, known_cell
 from camrob.progress import Progress
 
 __all__ = ["cell_app", "check", "condition", "from_urdf", "list_cells", "new", "samples"]
@@ -28,9 +28,9 @@ def list_cells(as_json: JsonOption = False, quiet: QuietOption = False) -> int:
     """List the cells that come with camrob."""
 
     def job(progress: Progress) -> Any:
-        from camrob.jobs.files import cells_and_samples as cells
+        from camrob.jobs.files.cells_and_samples import list_cells
 
-        return cells.list_cells()
+        return list_cells()
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_list)
 
@@ -54,9 +54,9 @@ def new(
     """Make a cell's folder: a copy of another cell, under a new name."""
 
     def job(progress: Progress) -> Any:
-        from camrob.jobs.files import cells_and_samples as cells
+        from camrob.jobs.files.cells_and_samples import new_cell
 
-        return cells.new_cell(name, source=source, out=out)
+        return new_cell(name, source=source, out=out)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_new)
 
@@ -77,23 +77,15 @@ def from_urdf(
     """Make a cell's folder out of a URDF, for calibrate and diagnose, or for programs too."""
 
     def job(progress: Progress) -> Any:
-        from camrob.jobs.files import cells_and_samples as cells
+        from camrob.jobs.files.cells_and_samples import cell_from_urdf
 
-        return cells.cell_from_urdf(urdf, name=name, tip=tip, post=post, out=out)
+        return cell_from_urdf(urdf, name=name, tip=tip, post=post, out=out)
 
     return perform(job, as_json=as_json, quiet=quiet, render=_render_new)
 
 
 def condition(
-    cell: Annotated[
-        Path,
-        typer.Argument(
-            metavar="CELL",
-            callback=known_cell,
-            autocompletion=cells_to_complete,
-            help="The cell's folder, or its name.",
-        ),
-    ],
+    cell: CellArgument,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:
@@ -108,15 +100,7 @@ def condition(
 
 
 def check(
-    cell: Annotated[
-        Path,
-        typer.Argument(
-            metavar="CELL",
-            callback=known_cell,
-            autocompletion=cells_to_complete,
-            help="The cell's folder, or its name.",
-        ),
-    ],
+    cell: CellArgument,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> int:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from camrob.cli.console import job_of, perform, renderer
-from camrob.cli.options import JsonOption, QuietOption, cells_to_complete, known_cell
+from camrob.cli.options import CellArgument, JsonOption, QuietOption
 from camrob.progress import Progress
 
 __all__ = ["tune_engines"]
@@ -17,15 +17,7 @@ _render_tune = renderer("terminal.tune_text", "render_tune")
 
 
 def tune_engines(
-    cell: Annotated[
-        Path,
-        typer.Argument(
-            metavar="CELL",
-            callback=known_cell,
-            autocompletion=cells_to_complete,
-            help="The cell's folder, or its name; it is left as it is.",
-        ),
-    ],
+    cell: CellArgument,
     on: Annotated[list[Path], typer.Option("--on", metavar="SAMPLES", help="CL files, or folders of them, to fit to.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder that receives the .fis files.")],
     withhold: Annotated[
