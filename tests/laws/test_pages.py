@@ -55,7 +55,7 @@ def test_dead_links_are_seen(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(
         "## Here\n[a](there.md#what-this-is) [b](#here) `[c](code.md)` [d](gone.md) [e](there.md#no-heading) [f](#there)"
-        " [g](https://example.org/gone)\n"
+        " [g](mailto:gone)\n"
     )
     assert dead_links(page) == ["gone.md", "there.md#no-heading", "#there"]
 
