@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +21,7 @@ __all__ = [
     "FEED_WORDS",
     "Cycle",
     "Machine",
+    "anchored",
     "behind_or_next",
     "check_words",
     "cycle_fields",
@@ -59,8 +60,9 @@ class Cycle:
     """What is done at each hole, in the file's unit of length, measured along the tool axis from the GOTO's point.
 
     `depth` is positive into the part; `clearance` and `retract` are positive outwards (`retract` None: as `clearance`);
-    `first_peck` and `peck` are 0 where there are none; `feed` is (value, unit word) or None for the modal feed. `began`
-    (3,) m in the part's frame: where the tool stood when the cycle began, whose height it goes back to (RTRCTO,AUTO), or None.
+    `first_peck` and `peck` are 0 where there are none; `feed` is (value, unit word) or None for the modal feed. `height`:
+    to which the tool goes back, in the frame of the file's points, instead of `retract`. `began` (3,) m in the part's frame: a
+    point whose height that is, as where the tool stood when the cycle began (RTRCTO,AUTO), or None.
     """
 
     kind: str
@@ -72,6 +74,7 @@ class Cycle:
     feed: tuple[float, str] | None = None
     dwell_s: float = 0.0
     line: int = 0
+    height: float | None = None
     began: NDArray[np.float64] | None = None
 
 
@@ -159,6 +162,9 @@ class Machine(Protocol):
     def cycle_feed(self, cycle: Cycle, line: int) -> float:
         """Feed (m/s) of a cycle: its own, or the modal one."""
 
+    def to_part(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (..., 3) as the file has them, in the part's frame and in metres."""
+
     def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
         """Note a finding."""
 
@@ -169,6 +175,18 @@ class Machine(Protocol):
 
     def event(self, kind: EventKind, value: float = ..., text: str = ..., line: int = ...) -> None:
         """An event at the place that was reached."""
+
+
+def anchored(cycle: Cycle, s: Statement, machine: Machine) -> Cycle:
+    """The cycle with `began`, where it goes back to a height: of the points' frame, or where the tool is (RTRCTO,AUTO)."""
+    if cycle.height is not None:
+        return replace(cycle, began=machine.to_part(np.array([0.0, 0.0, cycle.height])))
+    if not re.search(r"\bRTRCTO\s*,\s*AUTO\b", s.text, re.IGNORECASE):
+        return cycle
+    if machine.position is None:
+        hint = "output the tool's place before the cycle, or RTRCTO with a distance"
+        raise ToolpathError("RTRCTO,AUTO where nobody knows the tool's place", hint=hint, line=s.line)
+    return replace(cycle, began=machine.position)
 
 
 def expand_cycle(machine: Machine, hole: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from camrob.findings import Finding, Severity
 from camrob.toolpath.apt.coordinates import Table, camera, csys, matrix_rows, msys, tracut, trans, trntyp
 from camrob.toolpath.apt.copies import Copies
 from camrob.toolpath.apt.curves import Nurbs, circle, indirv, tlon
-from camrob.toolpath.apt.cycles import check_words
+from camrob.toolpath.apt.cycles import anchored, check_words
 from camrob.toolpath.apt.lexer import Rows, Statement, number_of
 from camrob.toolpath.apt.policy import IGNORED, Strangers, is_off
 from camrob.toolpath.apt.spindle import auxfun, spindl
@@ -42,7 +41,8 @@ from camrob.toolpath.region import EventKind, Move
 __all__ = ["Interpreter"]
 
 _TEXT = frozenset(("$$", "PPRINT", "PARTNO", "INSERT", "TPRINT"))
-_NAMING = _TEXT | {"TOOL PATH", "END-OF-PATH", "OPFEATSTART", "OPFEATEND", "SETUP", "GOTO", "SYN"}
+_NAMING = _TEXT | set("END-OF-PATH OPFEATSTART OPFEATEND SETUP GOTO SYN CSI_TOOL_PATH OPNAME".split()) | {"TOOL PATH"}
+_INSERTS = ("INSERT", "INTCOD", "PPWORD", "CSI_INSERT_CUSTOM_GCODE")
 _BREAKS_ARC = frozenset(("CIRCLE", "FROM", "GOHOME", "GODLTA", "CYCLE", "TOOL PATH", "END-OF-PATH", "FINI", "NURBS"))
 _MOTION = frozenset(("GOTO", "CIRCLE", "MOVARC", "COPY", "GODLTA", "NURBS", "CNTRL", "TLON,GOFWD", "FROM", "GOHOME"))
 
@@ -66,7 +66,7 @@ class Interpreter:
             "GOHOME": self._gohome, "GODLTA": self._godlta, "CYCLE": self._cycle, "CUTCOM": self._cutcom,
             "TLCOMP": self._cutcom, "TLAXIS": self._tlaxis, "ROTABL": self._rotabl, "TOOL PATH": self._tool_path,
             "END-OF-PATH": self._close, "OPFEATSTART": self._feature, "OPFEATEND": self._close, "SETUP": self._setup,
-            "PPRINT": self._pprint, **dict.fromkeys(("INSERT", "INTCOD", "PPWORD"), self._insert),
+            "PPRINT": self._pprint, **dict.fromkeys(_INSERTS, self._insert),
             "NURBS": self._nurbs, "KNOT": self._nurbs, "CNTRL": self._nurbs, "SYN": self._syn, "SET": self._set,
             "MODE": self._set, "UNITS": self._units, "UNIT": self._units, "FINI": self._end, "END": self._end,
             "MULTAX": self._multax,
@@ -244,12 +244,7 @@ class Interpreter:
             m.cycle = m.last_cycle
         elif first != "INIT":
             check_words(s)
-            m.cycle = m.dialect.cycle(s)
-            if re.search(r"\bRTRCTO\s*,\s*AUTO\b", s.text, re.IGNORECASE):
-                if m.position is None:
-                    hint = "output the tool's place before the cycle, or RTRCTO with a distance"
-                    raise ToolpathError("RTRCTO,AUTO where nobody knows the tool's place", hint=hint, line=s.line)
-                m.cycle = replace(m.cycle, began=m.position)
+            m.cycle = anchored(m.dialect.cycle(s), s, m)
             if not m.cycle.depth > 0.0:
                 m.find("cycle-depth", "a cycle has no depth: the tool only touches the hole's point", s.line)
 
@@ -386,10 +381,10 @@ class Interpreter:
                 f"CUTCOM/{s.words[0]}, compensation in space: the points may be where the cutter touches, not its tip"
             )
             raise ToolpathError(what, hint="output the tip of the tool, without compensation", line=s.line)
-        if not {"LEFT", "RIGHT", "ON"} & set(s.words):
+        if not {"LEFT", "RIGHT", "ON"} & set(s.words) or "LENGTH" in s.words:
             return
-        if self.profile and not self.m.feeds.defaults.wear:
-            raise offset_by_control("CUTCOM, and OUTPUT_ON_PROFILE in the file")
+        if (self.profile or self.m.dialect.contour_behind_cutcom) and not self.m.feeds.defaults.wear:
+            raise offset_by_control("CUTCOM, and OUTPUT_ON_PROFILE in the file" if self.profile else "CUTCOM")
         operation = self.m.mark.name if self.m.mark is not None else self.m.operation
         where = f"operation {operation}" if operation else "the path"
         if self.m.announced not in self.compensated:

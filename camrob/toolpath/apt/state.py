@@ -70,6 +70,7 @@ class Machine:
     turning: bool = False
     speed_given: bool = False  # at the set-up's speed, because the file has not started it
     unloaded: int = 0  # the line in which the tool was put away, 0 while one is loaded
+    work_offset: float | None = None  # of the controller's, by its number, where the file names one
     world_points: bool = False  # TRNTYP has said so
     cycle: Cycle | None = None
     last_cycle: Cycle | None = None

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl.apt import AptReader
+from camrob.witness.cl.foreign.autodesk import CONTOURS, FUSION, MORI, TRUEPATH
 from camrob.witness.cl.foreign.foreign_words import ForeignReader
 from camrob.witness.cl.foreign.klartext import KlartextReader
 from camrob.witness.cl.foreign.sinumerik import SinumerikReader
@@ -29,13 +30,15 @@ _APT = re.compile(
 _GCODE = re.compile(r"^[ \t/]*(N\d+)?[ \t]*[GXYZMTSF][ \t]*[-+]?[\d.#\[]", re.I | re.M)
 _MARKS = (
     ("makino", r"APTCL-SPEC,MAKINO"),
+    (TRUEPATH, r"^\s*MCS\s*/"),
+    (MORI, r"^\s*MCSYS\s*/\s*NUM\b"),
     ("freecad-apt", r"^\$\$ CL data of FreeCAD, written by camrob_post"),
     ("camworks-clt", r"^\s*OPFEATSTART\s*/"),
     ("camworks-apt", r"^\s*(CSI_SET_\w+|TRNTYP)\s*/"),
     ("creo-ncl", r"PRO/CLFILE"),
     ("catia", r"CATIA APT VERSION|\$\$\*CATIA0|^\$\$ *(Start generation of|OPERATION NAME) *:"),
     ("nx-clsf", r"^\s*(TOOL PATH|TLDATA|PAINT)\s*/"),
-    ("fusion-apt", r"^PARTNO/ ?'[^\n]*'\s*$"),
+    (FUSION, r"^PARTNO/ ?'[^\n]*'\s*$"),
 )
 _OTHERS = (
     (KlartextReader, re.compile(r"^[ \t]*(N?\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
@@ -64,7 +67,9 @@ _NAMES = {
     "apt": "apt",
     "iso-apt": "apt",
     "freecad": "freecad-apt",
-    "fusion": "fusion-apt",
+    "fusion": FUSION,
+    "camplete": TRUEPATH,
+    "mori": MORI,
     "gcode": "gcode",
     "g-code": "gcode",
 }
@@ -143,9 +148,8 @@ def read_story(
             if isinstance(reader, ForeignReader):
                 reader.numbers = numbers or {}
         else:
-            reader = AptReader(
-                tell, kind, units or _assumed_units(text, tell), units is not None, Offsets(tell, wear), tools or {}
-            )
+            offsets = Offsets(tell, wear, contour=kind in CONTOURS)
+            reader = AptReader(tell, kind, units or _assumed_units(text, tell), units is not None, offsets, tools or {})
         reader.read(text)
         story = tell.story(kind, reader.units)
         if story is None:

@@ -16,6 +16,7 @@ from camrob.witness.cl.apt_process import AptProcess
 from camrob.witness.cl.copying import copies_of, matrix_of, turns_right
 from camrob.witness.cl.curve import Curve, tlon
 from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill
+from camrob.witness.cl.foreign.autodesk import CONTOURS, TRUEPATH, autodesk_cycle, movarc, sweep
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.placing import Placing
 from camrob.witness.cl.source import Run, Source, Statement, number
@@ -39,7 +40,7 @@ __all__ = ["AptReader"]
 
 Array = NDArray[np.float64]
 
-_REVERSED = ("nx-clsf", "makino")  # CIRCLE's axis is printed the other way round
+_REVERSED = ("nx-clsf", "makino", TRUEPATH)  # CIRCLE's axis is printed the other way round
 
 
 class AptReader(AptProcess):
@@ -130,17 +131,15 @@ class AptReader(AptProcess):
             self._unknown[s.major] = self._unknown.get(s.major, 0) + 1
 
     def _vocabulary(self) -> dict[str, Callable[[Statement], None]]:
-        place = self._place
         own = {
             "GOTO": self._goto, "FROM": self._from, "GOHOME": self._gohome, "GODLTA": self._godlta, "RAPID": self._set_rapid,
             "CIRCLE": self._set_circle, "INDIRV": self._indirv, "TLON,GOFWD": self._tlon_circle, "CYCLE": self._set_cycle,
-            "MSYS": place.msys, "CSYS": place.csys, "TRNTYP": place.trntyp, "TLAXIS": place.tlaxis, "ROTABL": place.rotabl,
-            "ROTHED": place.rotabl, "CAMERA": place.camera, "UNITS": self._set_units, "UNIT": self._set_units,
+            "UNITS": self._set_units, "UNIT": self._set_units,
             "SET": self._set_mode, "FEDRAT": self._fedrat, "SPINDL": self._spindl, "COOLNT": self._coolnt, "LOAD": self._load,
             "LOADTL": self._load, "TURRET": self._load, "DELAY": self._delay, "DWELL": self._delay, "STOP": self._stop,
             "OPSTOP": self._stop, "CUTTER": self._cutter, "TOOL PATH": self._tool_path, "END-OF-PATH": self._end_of_path,
             "OPFEATSTART": self._feature, "OPFEATEND": self._end_of_path, "CUTCOM": self._offsets.cutcom,
-            **dict.fromkeys(("INSERT", "INTCOD", "PPWORD"), self._insert),
+            **dict.fromkeys(("INSERT", "INTCOD", "PPWORD", "CSI_INSERT_CUSTOM_GCODE"), self._insert),
             "TLDATA": self._tldata, **dict.fromkeys(CURVE, self._nurbs),
             "UNLOAD": self._unload, "TOOLNO": self._toolno, "TLCOMP": self._offsets.cutcom, "INDEX": self._set_index,
             "COPY": self._copy, "TRACUT": self._tracut, "TRANS": self._trans, "MOVARC": self._movarc,
@@ -151,6 +150,7 @@ class AptReader(AptProcess):
             **dict.fromkeys(HIDING, self._hide),
             **dict.fromkeys(ENDS, self._end_hidden),
             **dict.fromkeys(ONCE, self._once),
+            **self._place.words(),
             **own,
         }
 
@@ -202,12 +202,12 @@ class AptReader(AptProcess):
         return None if right is None else normal if right else -normal
 
     def _movarc(self, s: Statement) -> None:
-        """Autodesk: centre, normal, radius, ANGLE, degrees. The edition that signs its normals writes a point in every number."""
-        if len(s.numbers) != 8 or s.words != ["ANGLE"]:
+        """Autodesk's arc to the next GOTO."""
+        if (arc := movarc(s, self._dialect)) is None:
             self._tell.gap(s.line, "MOVARC that has no centre, normal and angle", last=s.last)
             return
-        self._set_circle(Statement("CIRCLE", ",".join(s.rest.split(",")[:7]), s.line, s.last))
-        self._angle = (abs(s.numbers[7]), all("." in part for part in s.rest.split(",")[:6]))
+        self._set_circle(arc[0])
+        self._angle = arc[1]
 
     def _set_index(self, s: Statement) -> None:
         if len(s.numbers) == 1 and not s.words:
@@ -298,7 +298,7 @@ class AptReader(AptProcess):
         if "CLOCKWISE" in fields or "COUNTERCLOCKWISE" in fields:
             turned = "CLOCKWISE" in fields
         axis = self._place.hand * self._place.part_R_points @ (-normal if turned else normal)
-        self._circle = (self._place.point(values[:3]), axis, int(times or 0))
+        self._circle, self._angle = (self._place.point(values[:3]), axis, int(times or 0)), sweep(s, self._dialect)
 
     def _indirv(self, s: Statement) -> None:
         values = s.numbers
@@ -328,8 +328,8 @@ class AptReader(AptProcess):
         if not fields or fields[0] in ("OFF", "NOMORE"):
             self._cycle = None
         elif fields not in (["ON"], ["INIT"]):
-            if self._dialect == "fusion-apt":
-                self._cycle = Cycle(problem="CYCLE of Autodesk's, whose heights count in its own way")
+            if self._dialect in CONTOURS:
+                self._cycle = autodesk_cycle(s, self._dialect, self._place, self._tell, forced=self._fixed_units)
                 return
             self._cycle = apt_cycle(
                 fields, self._place.scale, self._dialect == "catia", self._tell, forced=self._fixed_units

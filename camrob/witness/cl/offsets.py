@@ -17,12 +17,12 @@ OFFSET = "the path has to be offset by the tool's radius"
 
 
 class Offsets:
-    """Watches one file. wear: the set-up says that its paths are the tool centre's."""
+    """Watches one file. wear: the set-up says that its paths are the tool centre's; contour: its author writes the part's own."""
 
-    def __init__(self, tell: Teller, wear: bool) -> None:
+    def __init__(self, tell: Teller, wear: bool, contour: bool = False) -> None:
         self._tell, self._wear = tell, wear
         self._radius = ""  # the D word in force, "" for one that isn't said
-        self._on, self._contour = False, False
+        self._on, self._contour = False, contour
         self.edges = False  # D names the tool's length, too (Siemens)
         self._measured = ""  # whether G43 or G49 is in force, "" as long as no length has been named
         self._number = ""  # of the length in force: H, or Siemens' D
@@ -69,7 +69,7 @@ class Offsets:
 
     def cutcom(self, s: Statement) -> None:
         """CL data is where the tool goes, but a profile is not."""
-        if not {"LEFT", "RIGHT", "ON"} & set(s.words):
+        if not {"LEFT", "RIGHT", "ON"} & set(s.words) or "LENGTH" in s.words:
             return
         if self._contour and not self._wear:
             self._tell.gap(s.line, f"{s.major} of a profile: {OFFSET}", last=s.last, lost=False)

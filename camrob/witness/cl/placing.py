@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +34,18 @@ class Placing:
         self._world: bool | None = None  # TRNTYP/WORLD
         self._rows: list[list[float]] | None = None  # of CATIA's matrix
         self._camera: list[float] | None = None
+        self._offset: float | None = None
         self._angles: dict[str, float] = {}  # of ROTABL and ROTHED
         self._clt_angles: dict[str, float] = {}  # of ROTABL in .clt, rad
         self._clt_axis = _Z
+
+    def words(self) -> dict[str, Callable[[Statement], None]]:
+        """What each word does that places points."""
+        return {
+            "MSYS": self.msys, "CSYS": self.csys, "TRNTYP": self.trntyp, "TLAXIS": self.tlaxis, "ROTABL": self.rotabl,
+            "ROTHED": self.rotabl, "CAMERA": self.camera, "MCS": self.mcs, "MCS2": self.mcs, "MCSYS": self.mcsys,
+            "ZERO": self.zero,
+        }  # fmt: skip
 
     @property
     def scale(self) -> float:
@@ -96,6 +106,40 @@ class Placing:
             return
         x, y = values[3:6], values[6:9]
         self._frame(np.column_stack([x, y, np.cross(x, y)]), values[:3] * self.scale, s.line)
+
+    def mcs(self, s: Statement) -> None:
+        """Autodesk's for CAMplete: the three axes of the points' frame, then its origin. MCS2: the axes again."""
+        values, again = np.array(s.numbers), s.major == "MCS2"
+        if len(values) != (9 if again else 12):
+            self._tell.hidden["frame"] = (s.line, f"{s.major} of another length than a frame's")
+            return
+        turn = values[:9].reshape(3, 3).T
+        if again and not np.allclose(turn, self.part_R_points, atol=1e-6):
+            self._tell.hidden["frame"] = (s.line, "MCS2 with other axes than MCS")
+        elif not again and self._frame(turn, values[9:] * self.scale, s.line):
+            self.axis = _Z
+
+    def mcsys(self, s: Statement) -> None:
+        """Autodesk's for MfgSuite: the work offset, the origin, x and y axis of the points' frame."""
+        values = np.array(s.numbers)
+        if s.words != ["NUM", "POINT", "VECTOR", "VECTOR"] or len(values) != 10:
+            self._tell.hidden["frame"] = (s.line, "MCSYS that is not NUM, POINT, VECTOR, VECTOR")
+            return
+        self._work_offset(values[0], s.line)
+        x, y = values[4:7], values[7:10]
+        if self._frame(np.column_stack([x, y, np.cross(x, y)]), values[1:4] * self.scale, s.line):
+            self.axis = _Z
+
+    def zero(self, s: Statement) -> None:
+        """ZERO/n, in Autodesk's for CAMplete: a work offset by its number."""
+        named = self._dialect == "camplete-apt" and len(s.numbers) == 1
+        self._work_offset(s.numbers[0] if named else math.nan, s.line)
+
+    def _work_offset(self, number: float, line: int) -> None:
+        """The first one is the part's zero; where another lies nobody knows."""
+        self._offset = number if self._offset is None else self._offset
+        if number != self._offset:
+            self._tell.hidden["offset"] = (line, "points behind another work offset than before")
 
     def csys(self, s: Statement) -> None:
         """CAMWorks: three rows of four."""

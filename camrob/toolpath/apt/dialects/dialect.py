@@ -33,6 +33,9 @@ class Dialect:
     table_radians: bool = False  # ROTABL is in radians, and points are in the frame of the turned part
     cutter_is_tool: bool = False  # there is no LOAD: another CUTTER means another tool
     insert_names_tool: bool = False  # INSERT before CUTTER holds the tool's name
+    contour_behind_cutcom: bool = (
+        False  # the CAM system's "in control": the points are the part's contour, not the tool's path
+    )
     must_end: bool = False  # the system always writes FINI: a file without it was cut off
     words: Mapping[str, Callable[[Any, Statement], None]] = field(default_factory=dict)
 

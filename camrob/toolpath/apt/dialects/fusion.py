@@ -16,7 +16,7 @@ from camrob.toolpath.apt.state import Machine
 from camrob.toolpath.sampling import arc_angle
 from camrob.units import rad_to_deg
 
-__all__ = ["FUSION"]
+__all__ = ["FUSION", "milling", "quoted_message", "unclear_cycle"]
 
 _NEAR = 0.5  # degrees: between the angle that MOVARC names and the arc's own
 
@@ -25,7 +25,8 @@ def _recognise(head: str) -> int:
     return score(head, {r"^PARTNO/ ?'": 8, r"^PPRINT/ ?'": 4, r"^MOVARC/": 15, r"^LOADTL/\d+, \d+, [\d.]+, \d+": 8})
 
 
-def _cycle(statement: Statement) -> Cycle:
+def unclear_cycle(statement: Statement) -> Cycle:
+    """Raises ToolpathError: what its heights count from differs between editions."""
     raise ToolpathError(
         "CYCLE of Autodesk's APT posts: their GOTO is the hole's bottom or its top, and the clearance a height or a distance,"
         " as the post's edition has it",
@@ -34,7 +35,8 @@ def _cycle(statement: Statement) -> Cycle:
     )
 
 
-def _pprint(text: str) -> tuple[str, str] | None:
+def quoted_message(text: str) -> tuple[str, str] | None:
+    """Operator text without the quotes round it."""
     return ("message", text.strip().strip("'"))
 
 
@@ -80,15 +82,23 @@ def _movarc(m: Machine, s: Statement) -> None:
     m.curve = arc
 
 
-def _mode(m: Machine, s: Statement) -> None:
-    """MODE/MILL or MODE/TURN."""
+def milling(m: Machine, s: Statement) -> None:
+    """MODE/ or APPLY/: MILL, or TURN, which is refused."""
     del m
     if re.search(r"\bTURN\b", s.text, re.IGNORECASE):
         raise ToolpathError(
-            "a turning operation (MODE/TURN): no part turns against a tool at rest here",
+            f"a turning operation ({s.word}/TURN): no part turns against a tool at rest here",
             hint="give the milling operations a CL file of their own",
             line=s.line,
         )
 
 
-FUSION = Dialect("fusion-apt", _recognise, _cycle, _pprint, must_end=True, words={"MOVARC": _movarc, "MODE": _mode})
+FUSION = Dialect(
+    "fusion-apt",
+    _recognise,
+    unclear_cycle,
+    quoted_message,
+    must_end=True,
+    contour_behind_cutcom=True,
+    words={"MOVARC": _movarc, "MODE": milling},
+)

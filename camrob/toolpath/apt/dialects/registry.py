@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.apt.dialects.camplete import CAMPLETE
 from camrob.toolpath.apt.dialects.camworks import CAMWORKS, CAMWORKS_CLT
 from camrob.toolpath.apt.dialects.catia import CATIA
 from camrob.toolpath.apt.dialects.creo import CREO
@@ -10,13 +11,14 @@ from camrob.toolpath.apt.dialects.dialect import Dialect
 from camrob.toolpath.apt.dialects.freecad import FREECAD
 from camrob.toolpath.apt.dialects.fusion import FUSION
 from camrob.toolpath.apt.dialects.makino import MAKINO
+from camrob.toolpath.apt.dialects.mori import MORI
 from camrob.toolpath.apt.dialects.nx import NX
 from camrob.toolpath.apt.dialects.plain_apt import APT
 
 __all__ = ["DIALECTS", "choose_dialect"]
 
 DIALECTS: dict[str, Dialect] = {
-    d.name: d for d in (NX, CREO, CATIA, CAMWORKS, CAMWORKS_CLT, FREECAD, FUSION, MAKINO, APT)
+    d.name: d for d in (NX, CREO, CATIA, CAMWORKS, CAMWORKS_CLT, FREECAD, FUSION, CAMPLETE, MORI, MAKINO, APT)
 }
 
 

@@ -1,1 +1,1 @@
-"""Readers of the programs of Siemens and Heidenhain."""
+"""Readers of the programs of Siemens and Heidenhain, and what Autodesk's posts write in their own way."""
