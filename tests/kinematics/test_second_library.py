@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio
 import pytest
-import pytorch_kinematics
-import torch
 
 from camrob.cell.read_cell import read_cell
 from camrob.cell.urdf import cell_urdf
 from camrob.kinematics import frames, kernels
 from camrob.kinematics.batched import BatchedKinematics
+from camrob.se3 import inverse
+
+pinocchio = pytest.importorskip("pinocchio")
 
 FOLDER = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
 CELL = read_cell(FOLDER)
@@ -117,24 +117,52 @@ def test_hostile_names_stay_text():
     assert len(robot.findall("link")) == len(CELL) + 4  # base, root, flange, tool
 
 
-def test_the_batched_arm_is_conditioned_as_the_compiled_one(batched, postures):
-    expected = kernels.inverse_kf_many(CHAIN, postures)
-    assert expected.min() < 0.1 < 0.5 < expected.max()
-    assert np.max(np.abs(batched.arm_inverse_kf(postures[:, CELL.arm_slice]) - expected)) < 1e-9
+def test_batched_chain_is_the_same(batched, postures):
+    base_T_tool = batched.forward(postures)
+    assert base_T_tool.dtype == np.float64
+    assert np.max(np.abs(base_T_tool - kernels.forward_many(CHAIN, postures))) < 1e-12
+    n = len(CELL)
+    Z, P, R, p, plate, J = (
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty((6, n)),
+    )
+    for q, expected in zip(postures, batched.jacobian(postures), strict=True):
+        kernels.forward(CHAIN, q, Z, P, R, p, plate)
+        kernels.jacobian(CHAIN, Z, P, p, J)
+        assert np.max(np.abs(J - expected)) < 1e-12
+    assert np.max(np.abs(batched.inverse_kf(postures) - kernels.inverse_kf_many(CHAIN, postures))) < 1e-9
+
+
+def test_batched_arm_alone_is_the_same(batched, postures):
+    root_T_flange = inverse(frames.base_T_root(CELL, postures)) @ frames.base_T_flange(CELL, postures)
+    arm = postures[:, CELL.arm_slice]
+    assert np.max(np.abs(batched.arm_forward(arm) - root_T_flange)) < 1e-12
+    J = batched.arm_jacobian(arm)
+    step = 1e-6
+    for i in range(6):
+        d = step * np.eye(6)[i]
+        slope = (batched.arm_forward(arm + d)[:, :3, 3] - batched.arm_forward(arm - d)[:, :3, 3]) / (2 * step)
+        np.testing.assert_allclose(J[:, :3, i], slope, atol=2e-9)
 
 
 def test_batched_at_the_edges(batched):
-    assert batched.arm_inverse_kf(np.empty((0, 6))).shape == (0,)
+    assert batched.forward(np.empty((0, len(CELL)))).shape == (0, 4, 4)
     singular = CELL.to_q(np.array([[0, -90, 90, 0, 0, 0, 0, 0.0]]))
-    assert batched.arm_inverse_kf(singular[:, CELL.arm_slice])[0] == pytest.approx(0.0, abs=1e-9)
+    assert batched.inverse_kf(singular)[0] == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(ValueError, match="expected"):
-        batched.arm_inverse_kf(np.zeros((3, 8)))
+        batched.forward(np.zeros((3, 8)))
     with pytest.raises(ValueError, match="chunk"):
         BatchedKinematics(CELL, chunk=0)
 
 
 def test_pytorch_kinematics_reads_the_urdf(postures):
-    """Its URDF reader works in float32, so this is about the text, to a few micrometres; Pinocchio's above is exact."""
+    """Its URDF reader works in float32, so this is about the text, to a micrometre; the chain above is exact."""
+    pytorch_kinematics = pytest.importorskip("pytorch_kinematics")
+    torch = pytest.importorskip("torch")
     chain = pytorch_kinematics.build_serial_chain_from_urdf(cell_urdf(CELL), "tool").to(dtype=torch.float64)
     expected = chain.forward_kinematics(torch.tensor(postures)).get_matrix().numpy()
     assert chain.get_joint_parameter_names() == list(CELL.names)

@@ -17,11 +17,8 @@ def check_device(device: str) -> None:
     if device not in DEVICES:
         raise InputError(f"--device {device!r} is unknown", hint=f"use {' or '.join(DEVICES)}")
     if device == "cuda":
-        try:
-            import torch
-        except ImportError:
-            hint = "leave --device out, or install the extra: pip install 'camrob[gpu]'"
-            raise InputError("--device cuda needs torch, which is not installed", hint=hint) from None
+        import torch
+
         if not torch.cuda.is_available():
             raise InputError("--device cuda: there is no GPU that torch can use", hint="leave --device out")
 
