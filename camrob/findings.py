@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from camrob.text import one_line
@@ -26,7 +26,8 @@ class Severity(StrEnum):
 class Finding:
     """One finding: `code` (stable, kebab-case), where it is, and how far a value lies from its limit.
 
-    `line` is the CL (or program) line, 0 for none; `region` and `point` are indices, -1 for none; `value` and `limit`
+    `line` is the CL line, or the program's where a program is judged: then `cl_line` is the CL file's; 0 for none. `file` is
+    the program's where it is not the main one. `region` and `point` are indices, -1 for none; `value` and `limit`
     are in `unit` (units of the trade). `count` says how many times the same thing was met (see `collapse`). `text` is
     one printable line, whatever of a file it quotes.
     """
@@ -42,6 +43,8 @@ class Finding:
     limit: float | None = None
     unit: str = ""
     count: int = 1
+    cl_line: int = 0
+    file: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "text", one_line(self.text, _LONGEST))
@@ -55,7 +58,4 @@ def collapse(findings: Iterable[Finding]) -> list[Finding]:
         key = (f.code, f.axis, f.text)
         first.setdefault(key, f)
         counts[key] = counts.get(key, 0) + f.count
-    return [
-        Finding(f.code, f.text, f.severity, f.line, f.region, f.point, f.axis, f.value, f.limit, f.unit, counts[key])
-        for key, f in first.items()
-    ]
+    return [replace(f, count=counts[key]) for key, f in first.items()]

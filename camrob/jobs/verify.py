@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -139,7 +139,7 @@ def verify(
         second = _replayed(program, machine, inputs, collisions, share)
     except (ProgramError, JobError) as error:
         not_judged.append(f"replay and collisions: {error}")
-    first, last = ((), ()) if inputs is None else (inputs.urgent, inputs.toolpath.findings)
+    first, last = ((), ()) if inputs is None else (_of_file(inputs.urgent), _of_file(inputs.toolpath.findings))
     found = collapse([*first, *found, *_further(found, second), *last])
     errors = [f for f in found if f.severity is Severity.ERROR]
     ok = None if not_judged and not errors else not errors
@@ -181,15 +181,30 @@ def _replayed(
         coverage, feed = cover_toolpath(text, replayed, inputs)
         findings += hold_to_tool(replayed, inputs, coverage)
     judgement = judge(text, replayed, coverage, feed)
-    findings += judgement.findings
+    missed = () if coverage is None else coverage.findings
+    findings += [*_of_file(missed), *(_placed(f, text) for f in judgement.findings if f not in missed)]
     report = None
     if collisions and judgement.good:
         if inputs is not None and coverage is not None:
             report = path_collisions(ReadBack(text, replayed, coverage, judgement), inputs, share("collisions"))
+            findings += [_placed(replace(f, cl_line=f.line), text) for f in report.findings]
         else:
             report = _cell_collisions(text, replayed, share("collisions"))
-        findings += report.findings
+            findings += report.findings
     return _Replayed(text, replayed, judgement, coverage, report, tuple(findings))
+
+
+def _of_file(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings on the CL file: their lines are its."""
+    return [replace(f, line=0, cl_line=f.line) for f in findings]
+
+
+def _placed(f: Finding, text: ProgramText) -> Finding:
+    """A finding on a motion of the program, by the line and the file that it stands in."""
+    if f.point < 0:
+        return f
+    file = int(text.file[f.point])
+    return replace(f, line=int(text.line[f.point]), file=Path(text.files[file]).name if file else "")
 
 
 def _cell_collisions(text: ProgramText, replayed: Replay, progress: Share) -> CollisionReport:

@@ -24,9 +24,15 @@ class Remark(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedRemark(Summary):
-    """A finding with how far a value is off: `value` and `limit` in `unit`, None where there is nothing to measure."""
+    """A finding with how far a value is off: `value` and `limit` in `unit`, None where there is nothing to measure.
+
+    line, cl_line: of the program that is judged, and of its CL file; 0 for none. file: the program's, where `line` is none of
+    the main file.
+    """
 
     line: int
+    file: str = left_out("")
+    cl_line: int
     code: str
     text: str
     axis: str
@@ -40,6 +46,8 @@ class JudgedRemark(Summary):
         """A finding as it stands."""
         return cls(
             line=finding.line,
+            file=finding.file,
+            cl_line=finding.cl_line,
             code=finding.code,
             text=finding.text,
             axis=finding.axis,

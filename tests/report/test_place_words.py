@@ -77,5 +77,7 @@ def test_the_page_says_what_room_a_better_place_costs() -> None:
 def test_a_map_is_red_where_it_is_low_and_blue_where_it_is_good_as_the_other_maps_are() -> None:
     xyz = np.array([[0.0, 0.0, 200.0], [10.0, 0.0, 200.0], [20.0, 0.0, 200.0]])
     drawn = place_map("t", xyz, np.array([0.4, 0.0, 0.7]), 2, 0, ["", "", ""])
-    low, good = (colorsys.hls_to_rgb(float(h) / 360.0, 0.45, 0.7) for h in re.findall(r"hsl\((\d+),70%,45%\)", drawn))
-    assert low[0] > low[2] and good[2] > good[0] and "0.400 (red) to 0.700 (blue)" in drawn
+    low, good = (
+        colorsys.hls_to_rgb(float(h) / 360.0, 0.45, 0.7) for h in re.findall(r'"hsl\((\d+),70%,45%\)"><title>', drawn)
+    )
+    assert low[0] > low[2] and good[2] > good[0] and re.search(r">0\.400<.*>0\.700: bounds", drawn, re.DOTALL)

@@ -122,7 +122,7 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
 
 
 def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
-    first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
+    first, second = map(_named, (rivals.first, rivals.second))
     run, advice = best.motion.text, best.motion.advice
     if advice:
         run = f"{run[:-1]}; {advice})" if run.endswith(")") else f"{run} ({advice})"
@@ -139,9 +139,14 @@ def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
     return f"To {aim}, run {run}: expected to set the answers apart by {expected} {_answers(rivals, best)}"
 
 
+def _named(names: Sequence[str]) -> str:
+    """Effects in words."""
+    return " with ".join(names).replace("_", " ")
+
+
 def _answers(rivals: Rivals, on: Separation) -> str:
     """The gap that each rival expects on a motion, in words."""
-    first, second = (" with ".join(names) for names in (rivals.first, rivals.second))
+    first, second = map(_named, (rivals.first, rivals.second))
     cases = (first or f"it is not {second}", second or f"it is not {first}")
     answers = (f"{m_to_mm(rms):.3f} mm rms if {who}" for rms, who in zip(on.answers, cases, strict=True))
     return f"Expected there: {', '.join(answers)}."

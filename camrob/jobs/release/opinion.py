@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -102,11 +103,12 @@ def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
 
 
 def of_program(verdict: Verdict) -> list[Finding]:
-    """What stands against a program that lies there, by its own lines; the CL file's stand in the text."""
+    """What stands against a program that lies there, by its own lines and the CL file's."""
     findings = []
     for o in verdict.objections:
-        place = f" (CL line {o.cl_line})" if o.cl_line else ""
-        findings.append(_finding(o, o.text + place, o.line))
+        file = verdict.files[o.file] if 0 < o.file < len(verdict.files) else ""
+        text = o.text.removeprefix(f"line {o.line} of the program: ")  # it has its own column
+        findings.append(replace(_finding(o, text, o.line), cl_line=o.cl_line, file=file))
     return findings + [Finding("not-judged", text) for text in _not_judged(verdict)]
 
 

@@ -129,7 +129,8 @@ def read_back(source: Path, program: Program, inputs: JobInputs, solution: Solut
 
 
 def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> CollisionReport:
-    """Collisions along the replayed program, void motions included; each stretch with its own tool.
+    """Collisions along the replayed program, void motions included; each stretch with its own tool. Findings have CL lines; their
+    `point` is the program's motion.
 
     Raises VerificationError where the program doesn't leave the path between two tools, or a posture is left out.
     """
@@ -141,12 +142,13 @@ def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> Colli
     met = back.coverage.motion
     line[met], cutting[met], region[met] = inputs.path.line[own], inputs.path.cutting[own], inputs.path.region[own]
     line[: int(met[0])] = line[int(met[0])]  # the way to the first point
-    reports = []
+    reports, motions = [], []
     borders = _borders(back, inputs)
     looked_at = np.zeros(len(owner), bool)
     for k, held in enumerate(inputs.mounted):
         here = (owner >= borders[k]) & (owner <= borders[k + 1])
         rows = owner[here]
+        motions.append(rows)
         cell = back.replayed.cells[int(back.replayed.mounted[borders[k + 1]])]
         reports.append(
             check_collisions(
@@ -166,7 +168,9 @@ def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> Colli
     if not looked_at.all():
         what = "the program was not released: collisions were not checked along all of it; report this file"
         raise VerificationError(what, line=int(line[owner[int(np.argmin(looked_at))]]))
-    return reports[0] if len(reports) == 1 else joined_collisions(reports)
+    found = reports[0] if len(reports) == 1 else joined_collisions(reports)
+    motion = np.concatenate(motions)
+    return replace(found, findings=tuple(replace(f, point=int(motion[f.point])) for f in found.findings))
 
 
 def _borders(back: ReadBack, inputs: JobInputs) -> list[int]:

@@ -47,7 +47,7 @@ def _pictures(text: ProgramText, replayed: Replay, remarks: Sequence[JudgedRemar
     shown = np.isfinite(base_p).all(axis=1) & (np.asarray(text.kind) >= Motion.LIN)
     known = np.isfinite(replayed.q).all(axis=1) & (np.asarray(text.file) == 0)
     out: dict[int, bytes] = {}
-    for line in dict.fromkeys(r.line for r in remarks if r.line):
+    for line in dict.fromkeys(r.line for r in remarks if r.line and not r.file):
         rows = np.flatnonzero((np.asarray(text.line) == line) & known)
         if len(rows) and len(out) < PICTURES:
             at = int(rows[0])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, section, table
+from camrob.report.page.parts import card_row, section, table, verdict_bar
 from camrob.summaries.compensate_summary import CompensateSummary, Violations
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 from camrob.units import m_to_mm, rad_to_deg
@@ -57,6 +57,7 @@ def compensation_report(
             "<main>",
             f'<header><h1>Compensation of {escape(summary.program)}</h1><p class="made">for the cell '
             f"<b>{escape(summary.cell)}</b>, {escape(_source(summary))}</p></header>",
+            _verdict(summary),
             _cards(summary),
             _left(summary),
             _on_machine(summary),
@@ -83,6 +84,26 @@ def _source(summary: CompensateSummary) -> str:
     return f"after the diagnosis {summary.machine.diagnosis}" if summary.machine is not None else ""
 
 
+def _verdict(summary: CompensateSummary) -> str:
+    """What was gained, and what the program as written does worse than it could."""
+    found = summary.machine
+    if found is None:
+        before, after = summary.error_before, summary.error_after
+        text = (
+            f"On the calibrated robot the mean error falls from {number(before.mean_mm, 3)} to {number(after.mean_mm, 4, 'mm')}, "
+            f"the worst from {number(before.max_mm, 3)} to {number(after.max_mm, 4, 'mm')}."
+        )
+    else:
+        text = (
+            f"On the machine as diagnosed 95 % of the path was within {number(found.before.p95_mm, 3, 'mm')} and is within "
+            f"{number(found.after.p95_mm, 3, 'mm')}; the worst place goes from {number(found.before.max_mm, 3)} to "
+            f"{number(found.after.max_mm, 3, 'mm')}."
+        )
+    if not summary.warnings:
+        return verdict_bar("good", "Corrected.", text)
+    return verdict_bar("warn", "Corrected, with warnings.", text)
+
+
 def _on_machine(summary: CompensateSummary) -> str:
     """The program before and after on the machine as diagnosed; nothing without a diagnosis."""
     found = summary.machine
@@ -106,7 +127,7 @@ def _on_machine(summary: CompensateSummary) -> str:
 
 
 def _cards(summary: CompensateSummary) -> str:
-    before, after, iterations = summary.error_before, summary.error_after, summary.iterations
+    before, after = summary.error_before, summary.error_after
     known = summary.calibrated_withheld_mm
     found = summary.machine
     if found is None:
@@ -139,9 +160,8 @@ def _cards(summary: CompensateSummary) -> str:
         (
             "Largest correction of the tip",
             number(summary.correction.max_mm, 3, "mm"),
-            f"mean {summary.correction.mean_mm:.3f} mm",
+            f"mean {summary.correction.mean_mm:.3f} mm; found in {summary.iterations.max} steps a point at most",
         ),
-        ("Newton iterations", number(iterations.mean, 1), f"at most {iterations.max} a point"),
     ]
     if known is not None and not (summary.machine and summary.machine.causes):
         note = "mean error on withheld poses: no program can do better"
@@ -154,6 +174,8 @@ def _left(summary: CompensateSummary) -> str:
         [escape(w.text), f"line {w.line}" if w.line else "–", f"<code>{escape(w.code)}</code>"]
         for w in summary.warnings
     ]
+    if not rows:
+        return ""
     return section("What is not corrected, and what to look at", table(("what", "where", "code"), rows, left=3))
 
 
@@ -242,7 +264,7 @@ def _axes(summary: CompensateSummary) -> str:
 
 def _derivatives(summary: CompensateSummary) -> str:
     if not summary.derivatives:
-        return section("Derivatives", "<p>The program holds too few postures to differentiate.</p>")
+        return section("How fast the axes can follow", "<p>The program holds too few postures to differentiate.</p>")
     rows = [
         [
             escape(name),
@@ -253,8 +275,14 @@ def _derivatives(summary: CompensateSummary) -> str:
         for name, rates in summary.derivatives.items()
     ]
     head = ("limits of", "least ds/dt before, rad/s", "after", "change")
+    note = (
+        "s is the way of all axes together, in radians, and ds/dt the rate at which the program goes along it (section III of "
+        "the paper)."
+    )
     words = _violations(summary.violations)
-    return section("Derivatives in machine space (section III of the paper)", words, table(head, rows))
+    return section(
+        "How fast the axes can follow, before and after", words, table(head, rows), f'<p class="caption">{note}</p>'
+    )
 
 
 def _violations(found: Violations | None) -> str:
@@ -268,8 +296,8 @@ def _violations(found: Violations | None) -> str:
         )
         return f"<p>{rate} compensation brings new violations:</p><ul>{items}</ul>"
     return (
-        f"<p>{rate} compensation brings no new violation: {found.before} stretches pass a bound before, "
-        f"{found.after} after, none of an axis that kept its bound, or by a quarter more than before.</p>"
+        f"<p>{rate} compensation brings no new violation: {found.before} stretches pass a bound before and "
+        f"{found.after} after, none by an axis that kept its bound before, or by a quarter more.</p>"
     )
 
 
@@ -285,7 +313,7 @@ def _rates(analyses: tuple[DerivativeAnalysis, DerivativeAnalysis]) -> LineChart
         "rates",
         "Rate ds/dt that the axes admit, before and after",
         f"The least in each of {_STRETCHES} stretches; linear interpolation, as the paper's eq. 21, 27 and 28.",
-        "s, rad",
+        "s, the way of all axes, rad",
         "rad/s",
         tuple(curves),
         True,

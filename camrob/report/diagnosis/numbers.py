@@ -21,6 +21,7 @@ _UNITS = {
     "_s2": "s²",
     "_s": "s",
 }
+_WORDS = {"cdis": "rounding distance", "tau": "time constant"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _ORDINARY, _MANY = 2.0, 10.0  # times an ordinary size
 _LEAST, _MOST = 1e-3, 1e5  # outside of these a power of ten stands behind
@@ -69,8 +70,12 @@ def parameter_words(name: str) -> tuple[str, str]:
     """A parameter's name as people read it, and its unit: both stand in the name."""
     for ending, unit in _UNITS.items():
         if name.endswith(ending):
-            return name.removesuffix(ending).replace("_", " "), unit
-    return name.replace("_", " "), "degrees a degree" if "_by_" in name else ""
+            return _in_words(name.removesuffix(ending)), unit
+    return _in_words(name), "degrees a degree" if "_by_" in name else ""
+
+
+def _in_words(name: str) -> str:
+    return " ".join(_WORDS.get(word, word) for word in name.split("_"))
 
 
 def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[str], int]:

@@ -23,7 +23,7 @@ from camrob.report.diagnosis.times import timing_section
 from camrob.report.diagnosis.to_do import to_do
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.html import escape, page
-from camrob.report.page.parts import card_row, section, table
+from camrob.report.page.parts import card_row, chart_box, section, table
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import s_to_ms
 
@@ -74,7 +74,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
 
 
 def _chart(chart: Chart) -> str:
-    return f'<div class="chart" id="{escape(chart["id"])}" style="height:{int(chart["layout"]["height"])}px"></div>'
+    return chart_box(chart["id"], escape(chart["title"]), int(chart["layout"]["height"]))
 
 
 def _alone(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
@@ -127,7 +127,7 @@ def _cards(summary: DiagnosisSummary) -> str:
             (
                 "gap as diagnosed, rms",
                 escape(mm(gap.rms_mm)),
-                f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples} samples{left}",
+                f"95 % {mm(gap.p95_mm)}, worst {mm(gap.max_mm)}; {gap.samples:,} samples{left}",
             ),
             after,
             (noise_name(summary), escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
@@ -178,9 +178,10 @@ def _causes(summary: DiagnosisSummary) -> str:
     for e in summary.effects:
         known, more = values_of(e.parameters, _MOST_VALUES)
         values = "<br>".join(escape(v) for v in known) + (f"<br>and {more} more in diagnosis.json" if more else "")
-        name = f"<b>{escape(e.effect)}</b>" if e.claimed else escape(e.effect)
+        called = escape(plain_name(e.effect))
+        name = f"<b>{called}</b>" if e.claimed else called
         axes = f"<br>{escape(', '.join(e.axes))}" if e.axes else ""
-        rivals = escape(", ".join(e.indistinguishable_from) or "none")
+        rivals = escape(", ".join(map(plain_name, e.indistinguishable_from)) or "none")
         refused = f"<br>not plausible: {escape(e.implausible)}" if e.implausible else ""
         last = e.added_last
         shrinks = (

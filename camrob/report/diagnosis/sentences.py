@@ -161,11 +161,12 @@ def compensable_text(summary: DiagnosisSummary) -> str:
     readings = {e.effect for e in summary.claimed if not e.of_machine}
     left = ", ".join(n for n in compensable.left if n.partition(" of ")[0] not in readings)
     if not compensable.effects:
-        return printable(f"compensate has no constant for {left}: {_WITH}." if left else "")
+        return printable(f"compensate has no constant for {plain_name(left)}: {_WITH}." if left else "")
     sizes = f"{mm(compensable.rms_before_mm)} to {mm(compensable.rms_after_mm)}"
     split = {n.partition(" of ")[0] for n in compensable.left}
     names = ", ".join(f"a part of {n}" if n in split else n for n in compensable.effects)
     rest = f"the rest of {left}" if split & {*compensable.effects} else left
+    names, rest = plain_name(names), plain_name(rest)
     if compensable.shrink_interval[0] <= 0.0:
         why = (
             f"constants of the arm for {names} alone would not surely shrink the gap ({sizes}), so none are handed over"

@@ -12,6 +12,7 @@ from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
 from camrob.report.diagnosis.sentences import (
     between,
     compensable_text,
+    plain_name,
     sentence,
     standards_text,
     unexplained,
@@ -39,8 +40,8 @@ def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
         parts += [_causes(summary), shown_text(f"mm rms {withheld_text(summary)}, without → with the effect.", "dim")]
     for e in summary.claimed:
         if e.indistinguishable_from:
-            rivals = " or ".join(e.indistinguishable_from)
-            parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {e.effect}."))
+            rivals = " or ".join(map(plain_name, e.indistinguishable_from))
+            parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {plain_name(e.effect)}."))
     parts += [Text(""), _facts(summary)]
     return Group(*parts)
 
@@ -53,7 +54,7 @@ def _causes(summary: DiagnosisSummary) -> Table:
     for e in summary.effects:
         last = e.added_last
         table.add_row(
-            shown_text(e.effect),
+            shown_text(plain_name(e.effect)),
             shown_text(", ".join(e.axes)),
             sure(e.probability),
             to_mm(e.rms_before_mm, e.alone.rms_after_mm),
@@ -83,7 +84,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("mind", text) for text in (careful_text(summary),) if text]
     rows += [("elsewhere", text) for text in (regimes_text(summary),) if text]
     sets = [
-        f"{sure(a.probability)} {' + '.join(a.effects) or 'nothing in the library'}"
+        f"{sure(a.probability)} {' + '.join(map(plain_name, a.effects)) or 'nothing in the library'}"
         for a in summary.alternatives[:_MOST]
         if a.probability >= 0.01
     ]
@@ -92,7 +93,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("instrument", text) for text in summary.instrument.text.split("; ") if text]
     rows += [("lacking", text) for text in where.missing]
     rows += [("to do", f"{what}: {text}") for what, text in to_do(summary)]
-    rows += [("normal", f"{e.effect}: {text}") for e in summary.claimed if (text := ordinary(e.parameters))]
+    rows += [("normal", f"{plain_name(e.effect)}: {text}") for e in summary.claimed if (text := ordinary(e.parameters))]
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.standards]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]

@@ -59,7 +59,7 @@ def _why(lost: LostTime) -> str:
         reasons.append(f"paused for {_s(lost.paused_s)}")
     steady = lost.steady
     if steady is not None:
-        share = "" if steady.percent is None else f", {steady.percent:.2g} % of {steady.of}"
+        share = "" if steady.percent is None else f", {measure(steady.percent, '%', 2)} of {steady.of}"
         name = "the tool" if steady.what == "tool" else steady.what
         highest = "" if steady.what == "tool" else ", its highest in the log"
         reasons.append(f"{name} runs at {measure(steady.speed, steady.unit, 2)}{highest}{share}")

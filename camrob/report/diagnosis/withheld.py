@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camrob.report.diagnosis.numbers import mm, share, to_mm
-from camrob.report.diagnosis.sentences import noise_name, only_first
+from camrob.report.diagnosis.sentences import noise_name, only_first, plain_name
 from camrob.report.page.html import escape
 from camrob.report.page.parts import table
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, Shrunk, Together
@@ -18,7 +18,7 @@ def sizes_table(summary: DiagnosisSummary) -> str:
     rows = []
     for e in summary.claimed:
         for name, shrunk in (("alone", e.alone), ("added last", e.added_last)):
-            rows.append([f"<b>{escape(e.effect)}</b>", name, *_cells(shrunk)])
+            rows.append([f"<b>{escape(plain_name(e.effect))}</b>", name, *_cells(shrunk)])
     first = any(only_first(e) for e in summary.claimed)
     taken = "all but what lies before the set-points" if first else "all that is claimed"
     rows.append(["<b>together</b>", taken, *_cells(summary.together)])
@@ -55,7 +55,7 @@ def careful_text(summary: DiagnosisSummary) -> str:
     """What speaks against a claim on samples that took no part, and which of them were not asked; "" for nothing."""
     claimed, together = summary.claimed, summary.together
     warnings = [
-        f"adding {e.effect} last makes it worse there, {to_mm(last.rms_before_mm, last.rms_after_mm)}"
+        f"adding {plain_name(e.effect)} last makes it worse there, {to_mm(last.rms_before_mm, last.rms_after_mm)}"
         for e in claimed
         for last in (e.added_last,)
         if last.shrink_interval[1] < 0.0

@@ -8,6 +8,7 @@ import hashlib
 import html
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
@@ -21,6 +22,9 @@ __all__ = ["data_block", "duration", "escape", "number", "page", "plot_text"]
 _PACKED_FROM = 4_000  # characters: below, packing saves nothing that is felt
 _EFFORT = 6  # of gzip: 9 takes three times as long for 1 % less
 _BASIC = {"scatter", "bar", "pie"}  # what plotly's small bundle draws
+_SECTIONS = 4  # from so many on a page has contents
+_SECTION = re.compile(r"<section><h2>(.*?)</h2>")
+_BELOW_VERDICT = re.compile(r'<section|<div class="cards')
 _JSON_ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}
 
 
@@ -134,6 +138,22 @@ def _policy(scripts: Sequence[str]) -> str:
     )
 
 
+def _with_contents(body: str) -> str:
+    """The same page with a line of links to its sections behind the verdict, where it has as many as one scrolls through."""
+    titles: list[str] = []
+
+    def anchored(found: re.Match[str]) -> str:
+        titles.append(found[1])
+        return f'<section id="part-{len(titles)}"><h2>{found[1]}</h2>'
+
+    named = _SECTION.sub(anchored, body)
+    begin = _BELOW_VERDICT.search(named)
+    if len(titles) < _SECTIONS or begin is None:
+        return body
+    links = "".join(f'<a href="#part-{k}">{name}</a>' for k, name in enumerate(titles, 1))
+    return f'{named[: begin.start()]}<nav aria-label="Contents">{links}</nav>\n{named[begin.start() :]}'
+
+
 def page(title: str, body: str, data: Mapping[str, Any]) -> str:
     """A whole HTML page. `body` is HTML; `data` is what its scripts read, block by block, under each key as an id: `charts`
     for page.js, `scene` for player.js. Libraries come packed, and only those that are drawn with.
@@ -157,5 +177,5 @@ def page(title: str, body: str, data: Mapping[str, Any]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n'
         f"<title>{escape(title)}</title>\n<style>\n{_asset('page.css')}</style>\n</head>\n"
-        f"<body>\n{body}\n{blocks}\n{packed}\n{running}\n</body>\n</html>\n"
+        f"<body>\n{_with_contents(body)}\n{blocks}\n{packed}\n{running}\n</body>\n</html>\n"
     )

@@ -9,13 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.report.page.html import escape, plot_text
+from camrob.report.page.html import plot_text
+from camrob.report.page.parts import chart_box
 
 __all__ = ["Curve", "LineChart", "chart_data", "chart_section"]
 
 Array = NDArray[np.float64]
 
 _POINTS = 1500  # as many as a screen is wide, as least and greatest of each stretch
+_HEIGHT = 360  # pixels
 _COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
 
 
@@ -51,7 +53,7 @@ def chart_data(charts: Sequence[LineChart]) -> list[dict[str, Any]]:
 def chart_section(chart: LineChart) -> str:
     """The chart's place in the page."""
     return (
-        f'<section><h2>{chart.title}</h2><div class="chart" id="{escape(chart.id)}"></div>'
+        f"<section><h2>{chart.title}</h2>{chart_box(chart.id, chart.title, _HEIGHT)}"
         f'<p class="caption">{chart.caption}</p></section>'
     )
 
@@ -73,7 +75,7 @@ def _data(chart: LineChart) -> dict[str, Any]:
             }
         )
     layout = {
-        "height": 360,
+        "height": _HEIGHT,
         "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
         "shapes": [],
         "hovermode": "x unified",

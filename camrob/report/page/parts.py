@@ -9,10 +9,12 @@ from typing import Any
 
 from camrob.report.page.html import escape
 
-__all__ = ["card_row", "chart_place", "figure", "section", "table", "verdict_bar"]
+__all__ = ["card_row", "chart_box", "chart_place", "figure", "section", "table", "verdict_bar"]
 
 _TAG = re.compile(r"<[^>]*>")
 _LONGEST_NUMBER = 26  # characters as read: a number with its unit and its spread, such as "-1,234.567 ± 0.123 mm/s"
+_LONGEST_RANGE = 44  # of a cell that begins as a number, such as "0.368 mm (0.319 mm to 0.425 mm)"
+_BEGINS_AS_NUMBER = re.compile(r"(under |over )?[-−+±]?\d")
 
 
 def verdict_bar(level: str, word: str, text: str) -> str:
@@ -30,18 +32,30 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int =
 
     Words in a number's place, such as why there is none, run on in lines: unbroken they would push the rest off the page.
     """
-    sort = ["text" if k < left else "n" for k in range(len(headings))]
+    columns = [[_shown_as(row[k]) for row in rows] for k in range(len(headings))]
+    sort = ["text" if k < left or ("text" in cells and "n" not in cells) else "n" for k, cells in enumerate(columns)]
     head = "".join(f'<th class="{s if s == "n" else ""}">{escape(h)}</th>' for s, h in zip(sort, headings, strict=True))
     body = "".join(
-        "<tr>" + "".join(f'<td class="{_shown_as(s, c)}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>"
+        "<tr>" + "".join(f'<td class="{_class_of(s, c)}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>"
         for row in rows
     )
-    frame = "scroll whole" if whole else "scroll"
-    return f'<div class="{frame}"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    frame = '"scroll whole"' if whole else '"scroll" tabindex="0"'  # to be scrolled by keys, too
+    return f"<div class={frame}><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
 
 
-def _shown_as(sort: str, cell: str) -> str:
-    return "text" if sort == "n" and len(unescape(_TAG.sub("", cell))) > _LONGEST_NUMBER else sort
+def _shown_as(cell: str) -> str:
+    """Whether a cell is words, which run on in lines, or a number, which does not; "" for an empty one."""
+    read = _plain(cell)
+    longest = _LONGEST_RANGE if _BEGINS_AS_NUMBER.match(read) else _LONGEST_NUMBER
+    return ("text" if len(read) > longest else "n") if read else ""
+
+
+def _class_of(sort: str, cell: str) -> str:
+    return _shown_as(cell) or sort if sort == "n" else sort
+
+
+def _plain(html: str) -> str:
+    return unescape(_TAG.sub("", html))
 
 
 def card_row(cards: Sequence[tuple[str, str, str]]) -> str:
@@ -54,20 +68,24 @@ def card_row(cards: Sequence[tuple[str, str, str]]) -> str:
     return f'<div class="cards">{items}</div>'
 
 
+def chart_box(name: str, title: str, height: int) -> str:
+    """Where page.js draws the chart of this id; title (HTML): what it is called to those who don't see it."""
+    called = escape(f"chart: {_plain(title)}")
+    return (
+        f'<div class="chart" id="{escape(name)}" role="figure" aria-label="{called}" style="height:{height}px"></div>'
+    )
+
+
 def figure(chart: Mapping[str, Any]) -> str:
     """A chart's place in the page: its title and caption are text."""
-    height = int(chart["layout"]["height"])
-    return section(
-        str(chart["title"]),
-        f'<div class="chart" id="{escape(chart["id"])}" style="height:{height}px"></div>'
-        f'<p class="caption">{escape(chart["caption"])}</p>',
-    )
+    title = str(chart["title"])
+    box = chart_box(chart["id"], escape(title), int(chart["layout"]["height"]))
+    return section(title, box, f'<p class="caption">{escape(chart["caption"])}</p>')
 
 
 def chart_place(chart: Mapping[str, Any]) -> str:
     """A chart's place in the page: its title, caption and legend, where it has one, are HTML."""
-    height = int(chart["layout"]["height"])
     return (
-        f'<section><h2>{chart["title"]}</h2><div class="chart" id="{chart["id"]}" style="height:{height}px"></div>'
+        f"<section><h2>{chart['title']}</h2>{chart_box(chart['id'], chart['title'], int(chart['layout']['height']))}"
         f'{chart.get("legend", "")}<p class="caption">{chart["caption"]}</p></section>'
     )

@@ -41,8 +41,9 @@ def _verdict(summary: PlaceSummary) -> str:
         room, was = after.clearance_min_mm, before.clearance_min_mm
         if room is not None and was is not None and room < was:
             gain += f" The least clearance falls from {number(was, 1)} to {number(room, 1, 'mm')}."
-    where = ", ".join(number(v, 1) for v in best.part_in_base)
-    text = f"part_in_base = [{where}], mm and degrees.{gain or f' As it is: {escape(summary.now.standing)}.'}"
+    where = ", ".join(f"{value:g}" for value in best.part_in_base)  # to be copied into setup.toml
+    gain = gain or f" As it is: {escape(summary.now.standing)}."
+    text = f"<code>part_in_base = [{where}]</code> in setup.toml, mm and degrees.{gain}"
     return verdict_bar("info", "Move it.", text)
 
 
@@ -51,10 +52,10 @@ def _trials(summary: PlaceSummary) -> str:
     named = [("proposed", summary.best)] if not summary.stays else []
     named += [("as it is", summary.now), *(("tried", other) for other in summary.others)]
     rows = [[escape(name), *_figures(placement)] for name, placement in named]
-    heads = ("", "X", "Y", "Z mm", "1/k_F mean", "lowest", "clearance mm", "bound, mean", "bound, lowest")
+    heads = ("", "X mm", "Y mm", "Z mm", "1/k_F mean", "lowest", "clearance mm", "bound, mean", "bound, lowest")
     note = (
         '<p class="caption">Followed by the published method on a thinned path. The bounds are what the best postures at each '
-        "place would give: they rank the placements, the trials decide.</p>"
+        "place would give: they rank the placements, the trials decide. 1/k<sub>F</sub>: 0 is singular, 1 ideal.</p>"
     )
     return section("What was tried", table(heads, rows, whole=True), note)
 

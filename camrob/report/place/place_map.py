@@ -17,6 +17,7 @@ _DRAWN = 1.6  # times its own pixels, so that it fills a page's width with three
 _CELL = 26.0  # pixels: room for a number of two decimals
 _LEFT, _TOP, _GAP = 64.0, 54.0, 40.0  # pixels: margins for labels, and between two panels
 _WIDTH = 560.0  # that the words below need
+_SHADES = 10  # of the scale beside the words
 _BEST_HUE = 215.0  # degrees; red is low and blue is good, as on every other page
 
 
@@ -36,7 +37,8 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
     height = _TOP + len(ys) * _CELL + 76.0 + 16.0 * len(tally)
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{_DRAWN * width:.0f}" viewBox="0 0 {width:.0f} {height:.0f}" '
-        'style="max-width:100%;height:auto" font-family="sans-serif" font-size="11">',
+        f'style="max-width:100%;height:auto" font-family="sans-serif" font-size="11" role="img" aria-label="{escape(title)}: '
+        'what each placement is worth, over X and Y">',
         f'<rect width="100%" height="100%" fill="#fff"/><text x="10" y="20" font-size="14">{escape(title)}</text>',
     ]
     for k, z in enumerate(zs):
@@ -51,9 +53,8 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
     for j, y in enumerate(ys[::-1]):
         out.append(_label(_LEFT - 6.0, _TOP + (j + 0.65) * _CELL, f"{y:g}", "end"))
     below = _TOP + len(ys) * _CELL + 40.0
-    legend = f"X across, Y up, mm in base. Colour: mean + worst bound of 1/k_F, {low:.3f} (red) to {high:.3f} (blue)"
-    out.append(_label(10.0, below, legend, "start"))
-    marks = "ring: proposal, cross: now, grey: out of reach, hatched: refused"
+    out += _scale(10.0, below, low, high)
+    marks = "X across, Y up, mm in base. Ring: proposal, cross: now, grey: out of reach, hatched: refused"
     out.append(_label(10.0, below + 16.0, marks, "start"))
     for k, (reason, count) in enumerate(tally):
         out.append(_label(10.0, below + 16.0 * (k + 2), f"{count} refused: {reason}", "start"))
@@ -64,10 +65,30 @@ def _label(x: float, y: float, text: str, anchor: str) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'
 
 
+def _scale(x: float, y: float, low: float, high: float) -> Sequence[str]:
+    """What the colours say: a bar from the least to the most that a placement is worth."""
+    side = 12.0
+    bars = [
+        f'<rect x="{x + 36.0 + k * side:.1f}" y="{y - 10.0:.1f}" width="{side:.1f}" height="{side:.1f}" '
+        f'fill="{_color(k / (_SHADES - 1))}"/>'
+        for k in range(_SHADES)
+    ]
+    right = x + 40.0 + _SHADES * side
+    return [
+        _label(x, y, f"{low:.3f}", "start"),
+        *bars,
+        _label(right, y, f"{high:.3f}: bounds of the mean and of the lowest 1/k_F, added", "start"),
+    ]
+
+
+def _color(share: float) -> str:
+    return f"hsl({_BEST_HUE * share:.0f},70%,45%)"
+
+
 def _cell(x: float, y: float, place: Array, value: float, low: float, high: float, refused: str) -> Sequence[str]:
     """One placement."""
     share = (value - low) / max(high - low, 1e-9)
-    color = "#ddd" if value <= 0.0 else f"hsl({_BEST_HUE * share:.0f},70%,45%)"
+    color = "#ddd" if value <= 0.0 else _color(share)
     said = "out of reach" if value <= 0.0 else f"{value:.4f}" + (f"; refused: {refused}" if refused else "")
     hint = f"<title>{escape(f'X {place[0]:g} Y {place[1]:g} Z {place[2]:g}: {said}')}</title>"
     side = _CELL - 1.0

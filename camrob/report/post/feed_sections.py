@@ -36,7 +36,7 @@ def feed_section(feed: FeedFigures) -> str:
 
 
 def _compared(feed: FeedFigures) -> str:
-    rows = []
+    rows, planned = [], feed.mode == "optimal"
     for row in feed.compared:
         override = row.override_percent_least
         how = (
@@ -44,14 +44,16 @@ def _compared(feed: FeedFigures) -> str:
             if override is None
             else f"each cut slowed evenly, down to {number(override, 0, '%')}"
         )
+        plan = f'<td class="n">{duration(row.planned_s)}</td>' if planned else ""
         rows.append(
             f'<tr><td class="text">{escape(row.limits)}</td><td class="n">{duration(row.program_s)}</td>'
-            f'<td>{how}</td><td class="n">{duration(row.planned_s)}</td></tr>'
+            f"<td>{how}</td>{plan}</tr>"
         )
-    note = "" if feed.mode == "optimal" else '<p class="caption">Post with --feed optimal to have the feed planned.</p>'
+    head = '<th class="n">planned feed</th>'
+    note = "" if planned else '<p class="caption">Post with --feed optimal to have the feed planned.</p>'
     return (
         '<div class="scroll"><table><thead><tr><th>limits that are kept</th><th class="n">program</th><th></th>'
-        f'<th class="n">planned feed</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>{note}'
+        f"{head if planned else ''}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>{note}"
     )
 
 
@@ -60,12 +62,13 @@ def _breaks(feed: FeedFigures) -> str:
     rows = []
     for worst in breaks.worst:
         low = " low" if worst.times_the_limit > 1.0 else ""
-        planned = uses.get(worst.quantity)
+        use = uses.get(worst.quantity)
+        plan = f'<td class="n">{"–" if use is None else number(use, 4)}</td>' if uses else ""
         rows.append(
             f'<tr><td>{escape(worst.quantity)}</td><td class="n{low}">{number(worst.times_the_limit, 2)}</td>'
-            f'<td>{escape(worst.cause)}</td><td class="n">line {escape(worst.line)}</td>'
-            f'<td class="n">{"–" if planned is None else number(planned, 4)}</td></tr>'
+            f'<td>{escape(worst.cause)}</td><td class="n">{escape(worst.line)}</td>{plan}</tr>'
         )
+    head = '<th class="n">planned feed: times the limit</th>'
     text = f"At its own feed the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its cutting path."
     written = feed.written
     if written is not None:
@@ -77,7 +80,8 @@ def _breaks(feed: FeedFigures) -> str:
         )
     return (
         '<div class="scroll"><table><thead><tr><th>limit on</th><th class="n">program at its own feed: times the limit</th>'
-        '<th>worst</th><th class="n">at</th><th class="n">planned feed: times the limit</th></tr></thead>'
+        '<th>worst</th><th class="n">CL line</th>'
+        f"{head if uses else ''}</tr></thead>"
         f"<tbody>{''.join(rows)}</tbody></table></div><p>{text}</p>"
     )
 
@@ -126,7 +130,7 @@ def torque_section(torques: Torques | None) -> str:
         unit, most, gravity = (
             ("Nm", row.max_nm, row.gravity_max_nm) if row.max_n is None else ("N", row.max_n, row.gravity_max_n)
         )
-        place = f"line {escape(row.line)}" if row.line else "travel"
+        place = f"{escape(row.line)}" if row.line else "travel"
         rows.append(
             f'<tr><td>{escape(axis)}</td><td class="n">{number(most, 1, unit)}</td><td class="n">{number(gravity, 1, unit)}</td>'
             f'<td class="n">{place}</td></tr>'
@@ -134,7 +138,7 @@ def torque_section(torques: Torques | None) -> str:
     masses = "; ".join(escape(m) for m in torques.masses)
     return (
         '<section><h2>Largest torques</h2><div class="scroll"><table><thead><tr><th>axis</th><th class="n">torque</th>'
-        f'<th class="n">gravity alone</th><th class="n">at</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+        f'<th class="n">gravity alone</th><th class="n">CL line</th></tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
         f'<p class="caption">With {escape(torques.provenance)} ({masses}): good for comparing postures, not for a drive’s '
         "rating. A table’s own drive is left out: what it turns is not known.</p></section>"
     )

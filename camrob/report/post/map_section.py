@@ -14,7 +14,7 @@ from camrob.report.page.pack import packed_integers
 from camrob.report.page.path_charts import Along, Chart
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["MAP_LEGEND", "map_chart"]
+__all__ = ["map_chart"]
 
 Array = NDArray[np.float64]
 
@@ -22,20 +22,19 @@ _STEPS = 250  # of 1/k_F from 0 to its highest
 _CODES = {OUT_OF_REACH: 301, BEYOND_LIMIT: 302, ELSEWHERE: 303, TOUCHES: 304}  # as page.js paints them
 _ROW, _TOP, _BOTTOM, _GAP = 210, 40, 56, 46  # pixels
 
-MAP_LEGEND = (
-    '<div class="legend"><span><i style="background:linear-gradient(90deg,#67001f,#d6302b,#f5a623,#35a883,#2166ac);width:60px">'
-    '</i>1/k<sub>F</sub>, low to high</span><span><i class="map-reach"></i>out of reach</span>'
-    '<span><i class="map-limit"></i>an axis of the arm beyond its limit</span>'
-    '<span><i class="map-elsewhere"></i>only in another posture of the arm</span>'
-    '<span><i class="map-touch"></i>something touches</span>'
-    '<span><i style="background:#fff;height:4px;vertical-align:2px"></i>chosen</span></div>'
-)
+_SHADES = ("#67001f", "#d6302b", "#f5a623", "#35a883", "#2166ac")  # of 1/k_F, as page.js has them
+_SEEN = {
+    OUT_OF_REACH: ("map-reach", "out of reach"),
+    BEYOND_LIMIT: ("map-limit", "an axis of the arm beyond its limit"),
+    ELSEWHERE: ("map-elsewhere", "only in another posture of the arm"),
+    TOUCHES: ("map-touch", "something touches"),
+}
 
 
 def map_chart(
     cell: Cell, along: Along, solution: Solution, found: RedundancyMap, *, threshold: float
 ) -> tuple[Chart, str]:
-    """One picture a freedom, one below the other, and the caption."""
+    """One picture a freedom, one below the other, with its legend, and the caption."""
     count = len(found.freedoms)
     height = count * _ROW + (count - 1) * _GAP + _TOP + _BOTTOM
     whole = height - _TOP - _BOTTOM
@@ -68,11 +67,12 @@ def map_chart(
             "anchor": f"x{axes}",
             "range": [float(values.min()), float(values.max())],
             "title": {"text": f"{name} [{unit}]"},
+            "tickformat": ",~f",
             "zeroline": False,
             "showgrid": False,
         }
         others = [_name(cell, f) for f in found.freedoms if f is not freedom]
-        rest = f", {' and '.join(others)} as chosen" if others else ""
+        rest = f" varied, {' and '.join(others)} as chosen" if others else " varied"
         layout["annotations"].append(
             {"x": 0, "xref": f"x{axes} domain", "xanchor": "left", "y": 1, "yref": f"y{axes} domain", "yanchor": "bottom",
              "text": f"{name}{rest}", "showarrow": False, "font": {"size": 12}}
@@ -84,7 +84,26 @@ def map_chart(
         )
         traces.append(along.curve(chosen, name, template=template, color="#fff", axes=axes, line={"width": 1.8}))
         maps.append(_map(freedom, values, axes, highest, threshold))
-    return {"traces": traces, "layout": layout, "maps": maps}, _caption(found, count)
+    legend = _legend(found, highest, threshold)
+    return {"traces": traces, "layout": layout, "maps": maps, "legend": legend}, _caption(found, count)
+
+
+def _legend(found: RedundancyMap, highest: float, threshold: float) -> str:
+    """What the colours mean, as HTML: those that are there."""
+    t = min(0.95, max(0.05, threshold / highest))  # as page.js has it
+    stops = zip((0.0, 0.7 * t, t, t + 0.3 * (1.0 - t), 1.0), _SHADES, strict=True)
+    bar = ",".join(f"{color} {100.0 * at:.0f}%" for at, color in stops)
+    items = [
+        f'1/k<sub>F</sub> 0 <i style="background:linear-gradient(90deg,{bar});width:120px;margin-left:5px"></i>{highest:.2f}, '
+        f"amber at the threshold {threshold:g}",
+        *(f'<i class="{name}"></i>{text}' for code, (name, text) in _SEEN.items() if _shows(found, code)),
+        '<i style="background:#fff;border:2px solid #111;height:6px;width:22px;vertical-align:2px"></i>chosen',
+    ]
+    return f'<div class="legend">{"".join(f"<span>{item}</span>" for item in items)}</div>'
+
+
+def _shows(found: RedundancyMap, code: float) -> bool:
+    return any(bool((f.look == code).any()) for f in found.freedoms)
 
 
 def _name(cell: Cell, freedom: FreedomMap) -> str:

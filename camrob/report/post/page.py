@@ -24,7 +24,7 @@ from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
 from camrob.report.post.feed_sections import feed_section, torque_chart, torque_section
-from camrob.report.post.map_section import MAP_LEGEND, map_chart
+from camrob.report.post.map_section import map_chart
 from camrob.report.post.paper_section import paper_statements
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.player_section import player_section
@@ -199,7 +199,7 @@ def _map(
         return []
     chart, caption = map_chart(cell, Along.of(path, names), solution, found, threshold=cell.resolve.threshold)
     title = "The map of the redundancy: what the spare freedoms could have been"
-    return [{"id": "map", "title": title, "caption": caption, "legend": MAP_LEGEND, **chart}]
+    return [{"id": "map", "title": title, "caption": caption, **chart}]
 
 
 def _weights(cell: Cell, path: ToolPathInBase, names: Mapping[int, str], found: Equilibrium | None) -> list[Chart]:

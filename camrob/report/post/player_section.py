@@ -63,10 +63,11 @@ def player_section(cell: Cell, scene: Mapping[str, Any], *, with_part: bool) -> 
         near = '<div class="near-bodies"><b>Nearest</b> <span id="nearest"></span></div>'
         nearest = (
             " Nearest: the two bodies with the least room between them, at places spread evenly over the program, limbs next to "
-            "each other and the tool beside what it cuts left out; they turn red from 100 mm on."
+            "each other and the tool beside what it cuts left out; they turn red below 100 mm."
         )
     return (
-        '<section><h2>The program as it runs</h2><div class="stage"><div><div id="view"></div>'
+        '<section><h2>The program as it runs</h2><div class="stage"><div>'
+        '<div id="view" role="img" aria-label="the cell in 3D, as it stands at the time below"></div>'
         '<div class="bar"><button id="play" type="button">Play</button>'
         '<button id="back" type="button" aria-label="one point back">‹</button>'
         '<input id="time" type="range" min="0" max="10000" value="0" aria-label="time in the program">'

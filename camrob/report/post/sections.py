@@ -127,7 +127,8 @@ def _margins(summary: PostSummary, cell: Cell) -> tuple[str, str, str]:
     known.sort()
     texts = [f"{escape(name)} {number(margin, 1, units[name])}" for _, name, margin in known[:_NEAREST]]
     level = "bad" if known[0][2] < 0 else "warn" if known[0][0] < 0.02 else ""
-    return texts[0], ("then " + ", ".join(texts[1:])) if len(texts) > 1 else "", level
+    others = f"then {', '.join(texts[1:])}; " if len(texts) > 1 else ""
+    return texts[0], f"{others}ways from and to HOME included", level
 
 
 def cards(summary: PostSummary, cell: Cell, path: ToolPathInBase, *, threshold: float) -> str:

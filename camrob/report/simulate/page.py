@@ -92,7 +92,7 @@ def _cards(summary: SimulateSummary) -> str:
         if shares:
             name = max(shares, key=lambda axis: shares[axis])
             busy = [axis for axis, share in shares.items() if share >= _NEAR]
-            note = f"of what {name} has" + (f"; above {_NEAR:.0%}: {', '.join(busy)}" if len(busy) > 1 else "")
+            note = f"of what {name} has" + (f"; above {100 * _NEAR:.0f} %: {', '.join(busy)}" if len(busy) > 1 else "")
             cards.append((f"Most {title}", f"{100.0 * shares[name]:.0f} %", note))
     return card_row(cards)
 

@@ -46,12 +46,19 @@ def _verdict(summary: VerifySummary) -> Text:
 
 
 def _rows(rows: Sequence[JudgedRemark], style: str) -> Iterator[RenderableType]:
-    grid = Table.grid(padding=(0, 2))
-    grid.add_column(justify="right", no_wrap=True, style=style)
-    grid.add_column()
+    grid = Table(box=None, padding=(0, 2, 0, 0), header_style=style)
+    with_file, with_cl = any(row.file for row in rows[:_MOST]), any(row.cl_line for row in rows[:_MOST])
+    for heading in ("program line", *(["of"] if with_file else []), *(["CL line"] if with_cl else [])):
+        grid.add_column(heading, justify="left" if heading == "of" else "right", no_wrap=True, style=style)
+    grid.add_column("what")
     for row in rows[:_MOST]:
         times = f" ({row.count} times)" if row.count > 1 else ""
-        grid.add_row(f"line {row.line}" if row.line else "", shown_text(f"{row.text}{_by(row)}{times}"))
+        lines: list[RenderableType] = [
+            str(row.line or "-"),
+            *([shown_text(row.file)] if with_file else []),
+            *([str(row.cl_line or "-")] if with_cl else []),
+        ]
+        grid.add_row(*lines, shown_text(f"{row.text}{_by(row)}{times}"))
     yield grid
     if len(rows) > _MOST:
         yield Text(f"... and {len(rows) - _MOST} more (--json shows all)", style=style)
@@ -61,8 +68,8 @@ def _by(row: JudgedRemark) -> str:
     """How far a value is off, where the finding has one."""
     if row.value is None:
         return ""
-    allowed = "" if row.limit is None else f", allowed {shown_number(row.limit, 4)}"
-    return f": {shown_number(row.value, 4)} {row.unit}{allowed}"
+    value, allowed = shown_number(row.value, 4), "" if row.limit is None else f", allowed {shown_number(row.limit, 4)}"
+    return f": {value} {row.unit}{allowed}" if f"{value} {row.unit}" not in row.text else allowed
 
 
 def _figures(summary: VerifySummary) -> RenderableType:

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 PICTURES = 4
 """Places of findings that are drawn: the first ones."""
 _ROWS = 200  # of a table
+_HEADINGS = ("", "what", "program line", "CL line", "off by", "allowed")
 _WIDE = "grid-template-columns: repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
 _WORDS = {True: "good", False: "bad", None: "not judged"}
 
@@ -62,7 +63,7 @@ def verify_report(summary: VerifySummary, motions: VerifiedMotions | None, pictu
             _findings("To read", summary.warnings, "warning"),
             _cards(summary),
             *(chart_section(c) for c in charts),
-            "<footer>Made by camrob. Lines are those of the program, or of its CL file where a finding says so. This page is "
+            "<footer>Made by camrob. This page is "
             "complete in itself: it loads nothing and sends nothing.</footer></main>",
         ]
     )
@@ -75,13 +76,22 @@ def _against(summary: VerifySummary) -> str:
 
 
 def _verdict(summary: VerifySummary) -> str:
-    count = len(summary.errors)
     level, word, text = {
         True: ("good", "Nothing was found against it.", "All areas were judged."),
-        False: ("bad", "Don’t run it.", f"{count} thing{'s' if count != 1 else ''} against it, named below."),
+        False: ("bad", "Don’t run it.", _first(summary.errors)),
         None: ("warn", "Judged in part.", "Nothing was found against it, but not all of it could be judged."),
     }[summary.ok]
     return verdict_bar(level, word, text)
+
+
+def _first(errors: Sequence[JudgedRemark]) -> str:
+    """What stands against a program, as a sentence (HTML): the first thing, and how many more there are."""
+    if not errors:
+        return ""
+    more = f"; {len(errors) - 1} more thing{'s' if len(errors) > 2 else ''} against it below" if len(errors) > 1 else ""
+    line = errors[0].line
+    at = f"Line {line}: " if line and f"line {line} of" not in errors[0].text else ""
+    return f"{at}{escape(errors[0].text)}{more}."
 
 
 def _findings(title: str, remarks: Sequence[JudgedRemark], kind: str) -> str:
@@ -89,7 +99,8 @@ def _findings(title: str, remarks: Sequence[JudgedRemark], kind: str) -> str:
         [
             f'<span class="tag {kind}">{escape(r.code)}</span>',
             f"{escape(r.text)}{f' ({r.count} times)' if r.count > 1 else ''}",
-            str(r.line) if r.line else "",
+            f"{r.line}{f' of <code>{escape(r.file)}</code>' if r.file else ''}" if r.line else "–",
+            str(r.cl_line) if r.cl_line else "–",
             number(r.value, 4, r.unit),
             number(r.limit, 4, r.unit),
         ]
@@ -99,18 +110,18 @@ def _findings(title: str, remarks: Sequence[JudgedRemark], kind: str) -> str:
     if not rows:
         return ""
     more = f'<p class="caption">and {len(rows) - _ROWS} more (verify.json has all)</p>' if len(rows) > _ROWS else ""
-    return section(title, table(("", "what", "line", "value", "allowed"), rows[:_ROWS], left=2), more)
+    return section(title, table(_HEADINGS, rows[:_ROWS], left=2), more)
 
 
 def _pictures(remarks: Sequence[JudgedRemark], pictures: Mapping[int, bytes]) -> str:
     """The cell at the places of findings."""
     shown = []
     for line, png in pictures.items():
-        text = next((r.text for r in remarks if r.line == line), "")
+        text = next((r.text for r in remarks if r.line == line and not r.file), "")
         source = base64.b64encode(png).decode()
         shown.append(
-            f'<div class="card"><div class="what">line {line}</div><img style="width:100%" '
-            f'alt="The cell at line {line}: {escape(text)}" src="data:image/png;base64,{source}">'
+            f'<div class="card"><div class="what">program line {line}</div><img style="width:100%" '
+            f'alt="The cell at the program’s line {line}: {escape(text)}" src="data:image/png;base64,{source}">'
             f'<div class="note">{escape(text)}</div></div>'
         )
     if not shown:
@@ -136,7 +147,11 @@ def _cards(summary: VerifySummary) -> str:
         "collisions": judged.collisions,
     }
     cards = [
-        (name.capitalize(), f'<span class="low">{_WORDS[good]}</span>' if good is False else _WORDS[good], "")
+        (
+            name.capitalize(),
+            f'<span class="low">{_WORDS[good]}</span>' if good is False else _WORDS[good],
+            _why(good, summary),
+        )
         for name, good in areas.items()
     ]
     if against is not None:
@@ -154,6 +169,11 @@ def _cards(summary: VerifySummary) -> str:
     return card_row(cards)
 
 
+def _why(good: bool | None, summary: VerifySummary) -> str:
+    """Why an area was not judged, where something else is at fault."""
+    return "for what stands against the program" if good is None and summary.errors and not summary.not_judged else ""
+
+
 def _charts(motions: VerifiedMotions) -> list[LineChart]:
     """Along the program: how near limits and singular postures lie."""
     count = np.arange(1, len(motions.line) + 1).astype(float)
@@ -164,6 +184,8 @@ def _charts(motions: VerifiedMotions) -> list[LineChart]:
     if motions.threshold is not None:
         conditioning.append(Curve("threshold", count, np.full(len(count), motions.threshold), "dash", 3))
     near = "Least distance of an axis of the arm to its limit within each motion; below 0: beyond."
+    if count.size and not np.isfinite(margin[-1]):
+        near += " The curves end where the program can’t be followed any further."
     singular = "Least 1/k_F within each motion: 0 is singular. Where an axis motion leads, none is reckoned."
     return [
         LineChart("margins", "How near the arm’s limits are", near, "motion", "degrees", limits),

@@ -32,6 +32,7 @@ __all__ = ["Match", "walk"]
 
 Array = NDArray[np.float64]
 _SIDE = deg_to_rad(5.0)  # more is another side of the part
+_BETWEEN = (0.25, 0.5, 0.75)  # of a motion whose end is right
 _MOST = 20  # objections; then the rest is left uncompared
 
 
@@ -342,6 +343,10 @@ class _Walk:
             way.nearest(leg.end, leg.axis_end, self.u)[1] if self.joined[self.i] else distance(leg.end, way.end)
         )
         turn = rad_to_deg(distance(leg.axis_end, way.axis_end))
+        places = ((leg.point(f), leg.axis(f)) for f in _BETWEEN)
+        between = m_to_mm(max(way.nearest(p, axis, self.u)[1] for p, axis in places))
+        if off <= m_to_mm(self.tol.place) < between:
+            return f"it ends there, but is {between:.3f} mm off on its way"
         return f"its end is {off:.3f} mm off, and its axis {turn:.3f} degrees from that at the motion's end"
 
     def _agree_again(self) -> tuple[int, int] | None:
