@@ -144,8 +144,8 @@ def _said(*names, unknown=0.1):
             "status": "unexplained" if unknown > 0.5 else "explained",
             "effects": [{"effect": n, "probability": 0.9, "axes": ["A2"], "class": []} for n in names],
             "alternatives": [{"effects": list(names), "probability": 1.0}],
-            "unknown": {"probability": unknown, "where": {"axes": ["A3"], "regimes": ["time"]}},
-            "together": {"shrink": 0.5},
+            "unknown": {"probability": unknown, "where": {"rung": "", "axes": ["A3"], "regimes": ["time"]}},
+            "together": {"shrink": 0.5, "predicted_shrink": 0.53},
         }
     }
 
@@ -179,4 +179,8 @@ def test_figures_tell_right_from_wrong_answers() -> None:
     assert got["foreign: said to be unknown"]["hits"] == 1
     assert got["foreign: a name above 0.8 that doesn't look the same"]["hits"] == 1
     assert got["precision by name"]["share"] == pytest.approx(1 / 3)
+    assert got["claimed right at twice the floor"]["hits"] == 2
+    assert got["claims above 0.8 that are wrong"]["hits"] == 2
+    assert got["foreign: the place right in stage, axis and what it follows"]["hits"] == 2
+    assert got["predicted within 5 points of reached, where anything is claimed"]["hits"] == 4
     json.dumps(got)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import cont2discrete, lfilter
 
+from camrob.gap.effects.digital_filter import filtered, sampled
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["LOOPS", "Ripple"]
@@ -89,8 +89,7 @@ class Ripple:
         way = np.diff(turned)
         mean = np.exp(1j * (turned[:-1] + 0.5 * way)) * np.sinc(way / (2.0 * np.pi))
         mean *= np.interp(fine[:-1], t, weight)
-        b, a, _ = cont2discrete((top, bottom), step, method="zoh")
-        late = lfilter(np.ravel(b), a, mean)
+        late = filtered(*sampled(top, bottom, step), mean)
         # what acts in a step shows at its end
         return np.asarray(np.interp(t, fine[:-1], late.real) + 1j * np.interp(t, fine[:-1], late.imag))
 

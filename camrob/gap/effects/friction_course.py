@@ -7,9 +7,9 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from camrob.gap.effects.common import found_once
+from camrob.gap.effects.digital_filter import filtered
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import first_order, play
 from camrob.units import deg_to_rad, mm_to_m
@@ -139,7 +139,7 @@ class _Search:
             kept = np.exp(-step / tau)
             c = tau * (1.0 - kept) / step
             first = X[run][:1]
-            out[run] = first + lfilter([1.0 - c, c - kept], [1.0, -kept], X[run] - first, axis=0)
+            out[run] = first + filtered(np.array([1.0 - c, c - kept]), np.array([1.0, -kept]), X[run] - first)
         return out
 
     def course(self) -> Course:

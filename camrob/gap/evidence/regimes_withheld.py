@@ -65,9 +65,9 @@ def regimes_withheld(model: Model, members: Set) -> list[WithheldRegime]:
         fitted = model.fit(model.best.members | model.evidence.always, design=design)
         values = np.where(np.isin(owner, list(members)), fitted.mean, 0.0)
         rows = [r & a for r, a in zip(regime.rows, asked, strict=True)]
-        shrunk = _shrunk(model, rows, values, keep, fitted.spread.block(keep))
+        shrunk, doubt = _shrunk(model, rows, values, keep, fitted.spread.block(keep))
         low, high = shrunk.interval()
-        beyond = shrunk.rms_after**2 - shrunk.rms_before**2 > (_ERRORS * shrunk.doubt) ** 2
+        beyond = shrunk.rms_after**2 - shrunk.rms_before**2 > (_ERRORS * doubt) ** 2
         out.append(
             WithheldRegime(
                 regime=regime.kind,
@@ -77,18 +77,20 @@ def regimes_withheld(model: Model, members: Set) -> list[WithheldRegime]:
                 rms_after_mm=m_to_mm(shrunk.rms_after),
                 shrink=shrunk.shrink,
                 shrink_interval=(low, high),
-                doubt_mm=m_to_mm(shrunk.doubt),
+                doubt_mm=m_to_mm(doubt),
                 worse=bool(high < 0.0 and beyond),
             )
         )
     return out
 
 
-def _shrunk(model: Model, rows: Sequence[Rows], values: Array, keep: NDArray[np.int64], cov: Array) -> Shrinkage:
-    """The gap at some rows before and after what values (K,) move the TCP by; blocks are stretches of these rows. cov: of the
-    values of `keep`.
+def _shrunk(
+    model: Model, rows: Sequence[Rows], values: Array, keep: NDArray[np.int64], cov: Array
+) -> tuple[Shrinkage, float]:
+    """The gap at some rows before and after what values (K,) move the TCP by, blocks are stretches of these rows; and m (rms), by
+    how much that may be off as the values of `keep`, whose covariance is `cov`, are not known better.
     """
-    before, after, doubt = [], [], []
+    before, after, doubts = [], [], []
     for p, here in zip(model.panels, rows, strict=True):
         if not here.any():
             continue
@@ -96,11 +98,11 @@ def _shrunk(model: Model, rows: Sequence[Rows], values: Array, keep: NDArray[np.
         before.append(settled(model, p, here, gap))
         after.append(settled(model, p, here, gap - p.moves(values, here)))
         X = p.moved_by(keep, here)
-        doubt.append(np.einsum("nik,kl,nil->n", X, cov, X, optimize=True))
+        doubts.append(np.einsum("nik,kl,nil->n", X, cov, X, optimize=True))
     count = sum(len(b) for b in before)
     block = (np.arange(count) * _BLOCKS) // max(count, 1)
-    size = float(np.sqrt(np.mean(np.concatenate(doubt))))
-    return Shrinkage(np.concatenate(before), np.concatenate(after), block, size)
+    doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
+    return Shrinkage(np.concatenate(before), np.concatenate(after), block), doubt
 
 
 def _rest(model: Model, regimes: Sequence[Regime]) -> Iterator[Design]:

@@ -19,6 +19,7 @@ from camrob.units import m_to_mm
 __all__ = [
     "Shrinkage",
     "Trial",
+    "doubt_of_shrinkage",
     "drives_gap",
     "figures",
     "frame_columns",
@@ -40,14 +41,13 @@ RANK = 1e-9  # of the largest singular value of frames' columns
 class Shrinkage:
     """before, after: (M, 3) m at the TCP, on withheld samples; block: (M,). Intervals are block bootstraps, 90 %.
 
-    doubt: m (rms), by how much the prediction may be off as the fitted values are not known better. floor: (M,) m2, the mean
-    square that the noise of single poses has, NaN for samples of a path, which tell theirs by how they hang together.
+    floor: (M,) m2, the mean square that the noise of single poses has, NaN for samples of a path, which tell theirs by how they
+    hang together.
     """
 
     before: Array
     after: Array
     block: NDArray[np.int64]
-    doubt: float = 0.0
     floor: Array | None = None
 
     @property
@@ -155,8 +155,7 @@ def shrinkage(
     """
     kept = members if keep is None else keep
     fits: dict[int | None, Fitted] = {}
-    before, after, blocks, doubts, floors = [], [], [], [], []
-    chosen = np.flatnonzero(np.isin(model.design.owner, list(kept)))
+    before, after, blocks, floors = [], [], [], []
     for k, rows, left_out in trial.asked:
         if left_out not in fits:
             fits[left_out] = model.fit(members | model.evidence.always, () if left_out is None else (left_out,))
@@ -171,18 +170,27 @@ def shrinkage(
             before.append(settled(model, p, rows, gap))
             after.append(settled(model, p, rows, gap - moved))
         blocks.append(p.block[rows])
+        floors.append(np.full(int(rows.sum()), _floor(p)))
+    return Shrinkage(*(np.concatenate(x) for x in (before, after, blocks, floors)))
+
+
+def doubt_of_shrinkage(model: Model, trial: Trial, keep: Set) -> float:
+    """m (rms), by how much what `keep` does to withheld samples may be off, fitted beside the best set, as its values are not
+    known better and its effects are described no better.
+    """
+    chosen = np.flatnonzero(np.isin(model.design.owner, list(keep)))
+    doubts = []
+    for k, rows, left_out in trial.asked:
+        fitted = model.fit(model.best.members | model.evidence.always, () if left_out is None else (left_out,))
+        p = trial.panels[k]
         X = p.tcp[:, :3, chosen][rows]
-        spread = np.einsum("nik,kl,nil->n", X, fits[left_out].spread.block(chosen), X, optimize=True)
-        for i in kept:
+        spread = np.einsum("nik,kl,nil->n", X, fitted.spread.block(chosen), X, optimize=True)
+        for i in keep:
             own = model.design.owner == i
             share = p.doubted(np.flatnonzero(own), model.accuracy.get(model.units[i].effect, 0.0))
-            spread = spread + np.sum(_doubt_at(p, np.where(own, values, 0.0), share, rows), axis=1)
+            spread = spread + np.sum(_doubt_at(p, np.where(own, fitted.mean, 0.0), share, rows), axis=1)
         doubts.append(spread)
-        floors.append(np.full(int(rows.sum()), _floor(p)))
-    doubt = float(np.sqrt(np.mean(np.concatenate(doubts))))
-    return Shrinkage(
-        np.concatenate(before), np.concatenate(after), np.concatenate(blocks), doubt, np.concatenate(floors)
-    )
+    return float(np.sqrt(np.mean(np.concatenate(doubts))))
 
 
 def drives_gap(panel: Panel, rows: NDArray[np.bool_]) -> Array:

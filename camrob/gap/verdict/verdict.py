@@ -13,7 +13,7 @@ from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms, members_of, seen_rms
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
-from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage, trial_of
+from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, figures, shrinkage, trial_of
 from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
@@ -244,7 +244,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     moved = {n: effect_rms(model, trial.panels, n) for n in probability if n not in sure}
     likely: frozenset[str] = frozenset()
     doubtful: frozenset[str] = frozenset()
-    if BELIEF.surprised(near, model.noise, model.discrepancy, reached.doubt):
+    if BELIEF.surprised(near, model.noise, model.discrepancy, doubt_of_shrinkage(model, trial, members)):
         doubtful = frozenset(n for n, rms in moved.items() if rms < BELIEF.far_more * np.sqrt(near))
     if BELIEF.surprised(beyond, model.noise, model.discrepancy, 0.0):
         small = frozenset(n for n, rms in moved.items() if 0.0 < rms < BELIEF.farther * np.sqrt(beyond))
@@ -263,8 +263,8 @@ def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> 
     top = max(model.sets, key=lambda names: model.sets[names])
     members = frozenset(i for i in model.best.members if model.units[i].effect in top - {"unknown"})
     whole = shrinkage(model, trial, model.best.members, members)
-    structure = _structure(whole)
-    beyond = max(model.excess, model.discrepancy, float(np.sqrt(max(0.0, structure**2 - (_DOUBTS * whole.doubt) ** 2))))
+    structure, doubt = _structure(whole), doubt_of_shrinkage(model, trial, members)
+    beyond = max(model.excess, model.discrepancy, float(np.sqrt(max(0.0, structure**2 - (_DOUBTS * doubt) ** 2))))
     stays = BELIEF.unknown(beyond / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     shaped = sum(p for names, p in model.sets.items() if "unknown" in names)
     return structure, max(stays, shaped, BELIEF.nothing_else if reasons and not shaped else 0.0), whole

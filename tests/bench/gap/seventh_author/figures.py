@@ -40,6 +40,46 @@ def outcome(name, effect, truth, d):
     return "wrong" if set(said) - set(truth) else "missed"
 
 
+def floor(label):
+    """What stays where all that has a name is taken off: leftover, or noise."""
+    return label["left_mm"] or label["noise_mm"]
+
+
+def of_the_issue(rows, known, foreign, each):
+    """What the issue asks of every family, in its own terms."""
+    sure = [(n, t, d, e) for n, t, d in rows for e in d["effects"] if e["probability"] > 0.8]
+    right = {n: set(t["effects"]) | {x for e in t["effects"].values() for x in e["alike"]} for n, t, _ in known}
+    said = [(n, k) for n, _, d in rows for k in claims(d)]
+
+    def large(times):
+        return [(o, t) for _, _, e, o, t in each if e["rms_mm"] >= times * floor(t)]
+
+    def reached(d):
+        return d["together"]["shrink"], d["together"]["predicted_shrink"]
+
+    moved = [reached(d) for _, _, d in rows if claims(d)]
+    return {
+        "claimed right at twice the floor": of(o in ("right", "alike") for o, _ in large(2)),
+        "claimed right at the floor and more": of(o in ("right", "alike") for o, _ in large(1)),
+        "claimed or in the reported set at the floor": of(o in ("right", "alike", "contained") for o, _ in large(1)),
+        "claims that are wrong": of(k not in right.get(n, ()) for n, k in said),
+        "claims above 0.8 that are wrong": of(e["effect"] not in right.get(n, ()) for n, _, _, e in sure),
+        "unknown said where the leftover is twice the noise": of(
+            flagged(d) for _, t, d in known if t["left_mm"] >= 2 * t["noise_mm"]
+        ),
+        "foreign: the place right in stage, axis and what it follows": of(
+            placed(e, d["unknown"]["where"]) for _, t, d in foreign for e in t["effects"].values()
+        ),
+        "predicted within 5 points of reached, where anything is claimed": of(abs(a - b) <= 0.05 for a, b in moved),
+    }
+
+
+def placed(effect, where):
+    """Whether stage, axis (where the cause has one) and what is followed are all right."""
+    axis = not effect["axes"] or (where["axes"] or [""])[0] in effect["axes"]
+    return where["rung"] == effect["stage"] and axis and effect["follows"] in where["regimes"][:1]
+
+
 def figures(labels, answers):
     rows = [(n, labels[n], a["diagnosis"]) for n, a in sorted(answers.items()) if "diagnosis" in a]
     known = [(n, t, d) for n, t, d in rows if t["kind"] in ("one", "two", "three")]
@@ -93,6 +133,7 @@ def figures(labels, answers):
             flagged(d) for _, t, d in known if t["left_mm"] >= t["noise_mm"]
         ),
         "unknown said where none is": of(flagged(d) for _, t, d in known if not t["left_mm"]),
+        **of_the_issue(rows, known, foreign, each),
         "calibration of names": calibration(stated),
         "shrinkage reached and possible": {str(n): s for n, s in shrinks.items()},
     }
