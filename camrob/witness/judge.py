@@ -231,13 +231,16 @@ def _area(code: str) -> str:
 def _texts(gaps: Iterable[Gap], run: Run, story: Story | None) -> tuple[str, ...]:
     """What was not judged, one line each: the program's lines by their file, the CL file's as they are."""
     of_file = set(story.gaps) if story is not None else set()
-    texts = []
+    alike: dict[tuple[bool, int, str], list[Gap]] = {}
     for gap in (*gaps, *run.gaps):
-        lines = (
-            f"line {gap.first_line}" if gap.first_line >= gap.last_line else f"lines {gap.first_line}-{gap.last_line}"
-        )
-        texts.append(f"{lines}: {gap.text}" if gap in of_file else f"{run.files[gap.file]}, {lines}: {gap.text}")
-    return tuple(dict.fromkeys(texts))
+        alike.setdefault((gap in of_file, gap.file, gap.text), []).append(gap)
+    texts = []
+    for (cl, file, text), same in alike.items():
+        first, last = same[0].first_line, same[0].last_line
+        more = len({gap.first_line for gap in same}) - 1
+        lines = (f"line {first}" if first >= last else f"lines {first}-{last}") + (f" and {more} more" if more else "")
+        texts.append(f"{lines}: {text}" if cl else f"{run.files[file]}, {lines}: {text}")
+    return tuple(texts)
 
 
 def _process(run: Run, story: Story | None) -> dict[str, object]:

@@ -219,6 +219,17 @@ LIN XP2"""
     assert [gap.first_line for gap in made.gaps if gap.file == 0] == [12]  # XP2 is nowhere
 
 
+def test_collision_detection_of_inline_forms_leaves_the_way_as_it_is(tmp_path):
+    made = run(tmp_path, f"SET_CD_PARAMS (0)\nLIN {{E6POS: {POSE},E1 0,E2 0}}")
+    assert not made.gaps and not made.objections
+
+
+def test_a_ptp_to_a_place_that_nobody_knows_is_no_lack_of_one(tmp_path):
+    made = run(tmp_path, f"PTP {{{POSE},S 2,T 10,E1 0,E2 0}}\n{FRAMES}LIN {{E6POS: {POSE},E1 0,E2 0}}", head="")
+    begins = [o.text for o in made.objections if o.code == "start-unknown"]
+    assert begins and all("place that is known" in text for text in begins)
+
+
 def test_frames_by_number(tmp_path):
     body = """TOOL_DATA[3] = {X 0,Y 0,Z 100,A 0,B 0,C 0}
 FDAT_ACT = {TOOL_NO 3,BASE_NO 0,IPO_FRAME #BASE}

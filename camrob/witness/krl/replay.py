@@ -75,7 +75,8 @@ class _Replay:
                 (self.by_axes if motions.how[first] == AXES else self.by_pose)(int(first))
                 continue
             if not self.begun:
-                text = "the first motion is not a PTP: where it begins, and in which posture, isn't known"
+                before = "no PTP before it leads to a place that is known" if first else "the first motion is not a PTP"
+                text = f"{before}: where it begins, and in which posture, isn't known"
                 self.notes.append(self.objection(int(first), "start-unknown", text))
                 self.by_pose(int(first))
                 first += 1

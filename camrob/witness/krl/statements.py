@@ -63,6 +63,12 @@ STATEMENTS = (
     _row(r"INTERRUPT ON\b ?(?P<number>.*)", "interrupt_on", "from here on the routine may run", EXPERT),
     _row(r"INTERRUPT (?:OFF|DISABLE|ENABLE)\b.*", "nothing", "the routine no longer runs", EXPERT),
     _row(
+        r"SET_CD_PARAMS ?\( ?\d+ ?\)",
+        "nothing",
+        "of inline forms: the values of the collision detection, which may stop the robot and leaves its way as it is",
+        LIBRARY,
+    ),
+    _row(
         r"TRIGGER WHEN DISTANCE ?= ?(?P<where>[01]) DELAY ?= ?0(?:\.0*)? DO (?P<what>.+?)(?: PRIO ?= ?-?\d+)?",
         "trigger",
         "switches where the next motion begins (DISTANCE=0) or ends (DISTANCE=1), without stopping it",
