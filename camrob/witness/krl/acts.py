@@ -28,7 +28,6 @@ _STANDARD = (
     "LOAD_DATA",
 )  # of every controller's $config.dat
 _TABLES = {"BASE_DATA": "base_number", "TOOL_DATA": "tool_number", "LOAD_DATA": ""}  # and the cell's key for its row
-_INDEX = re.compile(r"\[([^\[\]]*)\]")
 
 
 def _nothing(state: State, match: re.Match[str], line: Line) -> None:
@@ -57,6 +56,17 @@ def _declare(state: State, match: re.Match[str], line: Line) -> None:
         except UnknownError:
             continue
         place.put(name, {"": match["type"], **value} if isinstance(value, dict) and "" not in value else value)
+
+
+def _structure(state: State, match: re.Match[str], line: Line) -> None:
+    """Which components of a structure are whole numbers: STRUC NAME TYPE A,B, TYPE C."""
+    kind = ""
+    for item in split_top(match["parts"]):
+        *types, name = item.split(" ")
+        kind = types[-1] if types else kind
+        if kind == "INT":
+            state.variables.whole.add(name.split("[")[0])
+    state.step(line, "other")
 
 
 def _signal(state: State, match: re.Match[str], line: Line) -> None:
@@ -125,7 +135,7 @@ def _output(state: State, match: re.Match[str], line: Line) -> None:
 def _assign(state: State, match: re.Match[str], line: Line) -> None:
     """A system variable, an output by its name, or a variable."""
     try:
-        name = _INDEX.sub(lambda found: f"[{_index(state, found[1])}]", match["name"].replace(" ", ""))
+        name = state.variables.indexed(match["name"].replace(" ", ""))
     except UnknownError as reason:
         state.gap(line, f"what is set isn't known ({reason})")
         return
@@ -146,7 +156,7 @@ def _assign(state: State, match: re.Match[str], line: Line) -> None:
         try:
             state.variables.put(name, state.variables.value(match["value"]))
         except UnknownError:
-            _forget(state, name)
+            state.variables.forget(name)
         state.step(line, "other")
     else:
         state.unknown(line, "the name isn't declared here, and may be that of an output")
@@ -161,20 +171,6 @@ def _hold_tables(state: State, row: str, line: Line) -> None:
     if own.get("numbering") != "tables" or row != f"{table}[{own.get(_TABLES[table])}]":
         text = f"{row} is written over, which the cell doesn't ask for, and which other programs of the controller may rely on"
         state.object("table-row", text, line, "warning")
-
-
-def _index(state: State, text: str) -> str:
-    return ",".join(str(state.variables.value(part)) for part in split_top(text)) if text.strip() else ""
-
-
-def _forget(state: State, name: str) -> None:
-    """A variable whose value is no longer known."""
-    head = name.split(".")[0]
-    for place in (state.variables.own, state.variables.module, state.variables.common):
-        if head in place:
-            state.variables.keep(place, head)
-            del place[head]
-    state.variables.known.add(head.split("[")[0])
 
 
 def _bas(state: State, match: re.Match[str], line: Line) -> None:
@@ -200,6 +196,7 @@ def _bas(state: State, match: re.Match[str], line: Line) -> None:
     except UnknownError as reason:
         state.gap(line, f"its value isn't known ({reason})")
     if act in ("bas_frames", "bas_params"):
+        _held_tool(state, line)
         for name in ("TOOL", "BASE"):
             try:
                 _numbered(state, line, name, state.variables.number(f"FDAT_ACT.{name}_NO"))
@@ -210,6 +207,18 @@ def _bas(state: State, match: re.Match[str], line: Line) -> None:
                 else:
                     state.set_base(Base(None, False))
     state.step(line, "other")
+
+
+def _held_tool(state: State, line: Line) -> None:
+    """IPO_FRAME of FDAT_ACT, which $IPO_MODE takes over: #TCP where the tool stands in the cell and the robot holds the part."""
+    try:
+        mode = state.variables.value("FDAT_ACT.IPO_FRAME")
+    except UnknownError as reason:
+        state.gap(line, f"whether the robot holds the tool isn't known ({reason})")
+        return
+    if mode != "#BASE":
+        text = f"IPO_FRAME {mode}: the cell's tool is on the arm, not in the cell"
+        state.object("external-tool", text, line)
 
 
 def _bas_conduct(state: State, act: str, what: str, value: str) -> None:
@@ -274,6 +283,7 @@ ACTS: dict[str, Act] = {
     "nothing": _nothing,
     "declare": _declare,
     "signal": _signal,
+    "structure": _structure,
     "interrupt": _interrupt,
     "interrupt_on": _interrupt_on,
     "borrow": _borrow,

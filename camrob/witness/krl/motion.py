@@ -22,6 +22,9 @@ _OPTIONS = re.compile(
 )
 _OWN_SPEED = re.compile(r"\$VEL\.CP ?= ?(?P<plain>[^,{}]+)|\$VEL ?= ?\{ ?CP (?P<only>[^,{}]+)\}")
 _NO_MOTION = re.compile(r"\$(?:POS_ACT|AXIS_ACT|AXIS_ACT_MEAS|POS_INT|AXIS_INT)")
+_EXTERNALS = [f"E{k}" for k in range(1, 7)]
+_POINT = frozenset(("", *PARTS, "S", "T", *_EXTERNALS))
+_AXES = frozenset(("", *(f"A{k}" for k in range(1, 7)), *_EXTERNALS))
 _NAN = float("nan")
 
 
@@ -30,6 +33,8 @@ def _components(state: State, text: str) -> dict[str, Value]:
     value = state.variables.value(text)
     if not isinstance(value, dict):
         raise UnknownError(f"{text} is not a point")
+    if not value.keys() <= _POINT and not value.keys() <= _AXES:
+        raise UnknownError(f"it has components that are no {'pose' if 'X' in value else 'point'}'s")
     return value
 
 

@@ -12,6 +12,7 @@ from camrob.witness.happenings import Gap, Objection, Run
 from camrob.witness.krl.acts import ACTS
 from camrob.witness.krl.blocks import begins, curved, in_spline, leaves
 from camrob.witness.krl.columns import Motions
+from camrob.witness.krl.handing import hand_back, hand_over
 from camrob.witness.krl.hooks import Hooks, canonical
 from camrob.witness.krl.motion import add_rows, with_speed
 from camrob.witness.krl.program import Block, Module, Node, Routine, Rows, beside, data_lines, read_module
@@ -160,13 +161,7 @@ class _Runner:
         state = self.state
         if self.depth >= _CALLS_DEEP:
             raise LostError("routines call each other too deep")
-        own = Scope()
-        for (name, _), text in zip(routine.inputs, texts, strict=False):
-            state.variables.known.add(name)
-            try:
-                own[name] = state.variables.value(text)
-            except UnknownError:
-                own.pop(name, None)
+        own, given = hand_over(state.variables, routine.inputs, texts)
         kept = (self.module, state.file, state.variables.own, state.variables.module)
         self.module, self.depth = module, self.depth + 1
         state.file = state.files.index(str(module.source.path))
@@ -180,9 +175,8 @@ class _Runner:
         finally:
             self.module, state.file, state.variables.own, state.variables.module = kept
             self.depth -= 1
-        for (name, back), text in zip(routine.inputs, texts, strict=False):
-            if back and re.fullmatch(r"[A-Z_]\w*", text) and name in own:
-                state.variables.put(text, own[name])
+        for text in hand_back(state.variables, given, own):
+            state.gap(line or routine.head, f"{routine.name} may change {text}, and that isn't judged")
 
     def nodes(self, nodes: list[Node]) -> None:
         """A sequence of statements, rows and blocks; a GOTO within leads to a mark that stands in it."""
@@ -218,7 +212,7 @@ class _Runner:
             else:
                 self.loop(block)
         except UnknownError as reason:
-            if not all(self.idle(nodes) for _, nodes in block.parts):
+            if block.kind in ("WHILE", "REPEAT") or not all(self.idle(nodes) for _, nodes in block.parts):
                 self.state.gap(
                     block.head, f"which way it goes isn't known ({reason}), so none is judged", block.tail.number
                 )
@@ -283,7 +277,10 @@ class _Runner:
                 self.turn(block)
                 variables.put(match["name"], int(value) if value == int(value) else value)
                 self.nodes(body)
+                if variables.number(match["name"]) != value:
+                    raise UnknownError("its counter is set within it")
                 value += step
+            variables.forget(match["name"])  # the last value or the one behind it
             return
         if block.kind == "LOOP" and not leaves(body):
             raise LostError(f"line {block.head.number}: a LOOP without EXIT never ends")

@@ -282,6 +282,7 @@ class State:
         self.conduct.begin()
         self.set_load(self.line, None)
         self.speed, self.constant, self.unlike_line, self.unlike_arc = float("nan"), False, "", ""
+        self.rounds = True
         self.reset = [name for name, known in (("$BASE", self.base), ("$TOOL", self.tool)) if known]
 
     def unknown_row(self, name: str, line: Line, why: str) -> None:

@@ -52,8 +52,12 @@ STATEMENTS = (
         EXPERT,
     ),
     _row(
-        r"(?:EXT|EXTFCT|IMPORT|STRUC|GLOBAL STRUC|ENUM|GLOBAL ENUM)\b.*", "nothing", "declares; nothing moves", EXPERT
+        r"(?:GLOBAL )?STRUC [A-Z_]\w* (?P<parts>.+)",
+        "structure",
+        "declares a structure: its INT components are whole",
+        EXPERT,
     ),
+    _row(r"(?:EXT|EXTFCT|IMPORT|ENUM|GLOBAL ENUM)\b.*", "nothing", "declares; nothing moves", EXPERT),
     _row(
         r"(?:GLOBAL )?INTERRUPT DECL (?P<number>.+?) WHEN (?P<when>.+) DO (?P<what>.+)",
         "interrupt",

@@ -26,13 +26,16 @@ _TOKEN = re.compile(
     r"|(?P<name>[#$A-Z_][A-Z0-9_$]*)"
     r"|(?P<sign><=|>=|==|<>|[-+*/(){}\[\],.:<>]))"
 )
+# comparisons bind loosest of all ("Expert Programming", priority of operators): A OR B == C is (A OR B) == C
 _BINARY: tuple[dict[str, Callable[..., Value]], ...] = (
-    {"OR": operator.or_, "EXOR": operator.xor, "B_OR": operator.or_},
-    {"AND": operator.and_, "B_AND": operator.and_},
     {"==": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge},
+    {"OR": operator.or_, "B_OR": operator.or_},
+    {"EXOR": operator.xor, "B_EXOR": operator.xor},
+    {"AND": operator.and_, "B_AND": operator.and_},
     {"+": operator.add, "-": operator.sub},
     {"*": operator.mul, "/": operator.truediv},
 )
+_TRUTHS, _BITS = ("OR", "EXOR", "AND"), ("B_OR", "B_EXOR", "B_AND")
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ABS": abs,
     "SQRT": math.sqrt,
@@ -41,9 +44,12 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "TAN": lambda x: math.tan(deg_to_rad(x)),
     "ACOS": lambda x: rad_to_deg(math.acos(x)),
 }
+_INDEX = re.compile(r"\[([^\[\]]*)\]")
 _PAIR = r"[A-Z][A-Z0-9_]* -?\d+(?:\.\d+)?"
 _PLAIN = re.compile(rf"\{{ ?(?:(?P<type>[A-Z][A-Z0-9_]*) ?: ?)?(?P<pairs>{_PAIR}(?: ?, ?{_PAIR})*) ?\}}")
 _REALS = frozenset("X Y Z A B C A1 A2 A3 A4 A5 A6 E1 E2 E3 E4 E5 E6".split())  # components that are REAL
+_WHOLE_DIGITS = 10  # of a number without a point: KRL's largest INT has ten
+_LARGEST = 2**53  # beyond it a double no longer tells whole numbers apart
 _DEEP = 40  # brackets in brackets: no honest program nests deeper
 
 
@@ -77,10 +83,15 @@ class Scope(dict[str, Value]):
         """Sets X or X[3]: an INT takes a REAL rounded, half away from zero, and a REAL an INT as it is."""
         kind = self.kinds.get(name.split("[")[0], "")
         if kind == "INT" and isinstance(value, float):
-            value = int(math.copysign(math.floor(abs(value) + 0.5), value))
+            value = _rounded(value)
         elif kind == "REAL" and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
-        self[name] = value
+        self[name] = copy.deepcopy(value) if isinstance(value, dict) else value  # a copy: P.X may change in one alone
+
+
+def _rounded(value: float) -> int:
+    """Half away from zero."""
+    return int(math.copysign(math.floor(abs(value) + 0.5), value))
 
 
 @dataclass(slots=True)
@@ -95,24 +106,46 @@ class Variables:
         default_factory=dict
     )  # of data lists: what was there before a change
     asked: dict[str, Callable[[], Value]] = field(default_factory=dict)  # system variables that are worked out
+    whole: set[str] = field(default_factory=set)  # components of the program's own structures that are INT
 
     def find(self, name: str) -> Value:
         """The value of a name such as X, X[3] or X.Y; raises UnknownError."""
         head, *parts = name.split(".")
-        worked_out = {head: self.asked[head]()} if head in self.asked else {}
-        for place in (worked_out, self.own, self.module, self.common):
-            if head in place:
-                value = place[head]
-                for part in parts:
-                    if not isinstance(value, dict) or part not in value:
-                        raise UnknownError(f"{name} has no value here")
-                    value = value[part]
-                    if part in _REALS and isinstance(value, int):
-                        value = float(value)
-                return value
-        raise UnknownError(
-            f"{name} has no value here" if head.split("[")[0] in self.known else f"{name} is not known here"
-        )
+        if head in self.asked:
+            value = self.asked[head]()
+        else:
+            place = self._holder(head)
+            if place is None or head not in place:
+                known = place is not None or head.split("[")[0] in self.known
+                raise UnknownError(f"{name} has no value here" if known else f"{name} is not known here")
+            value = place[head]
+        for part in parts:
+            if not isinstance(value, dict) or part not in value:
+                raise UnknownError(f"{name} has no value here")
+            value = value[part]
+            if part in _REALS and isinstance(value, int) and part not in self.whole:
+                value = float(value)
+        return value
+
+    def _holder(self, head: str) -> Scope | None:
+        """The innermost scope that has X or X[3], or has declared X: another scope's X is another variable."""
+        bare = head.split("[")[0]
+        places = (self.own, self.module, self.common)
+        return next((place for place in places if head in place or bare in place.kinds), None)
+
+    def forget(self, name: str) -> None:
+        """A variable whose value is no longer known."""
+        head = name.split(".")[0]
+        place, bare = self._holder(head) or self.module, head.split("[")[0]
+        self.keep(place, head)
+        place.pop(head, None)
+        place.kinds.setdefault(bare, "")
+        self.known.add(bare)
+
+    def elements(self, name: str) -> dict[str, Value]:
+        """The elements of an array that have values, by their index in its brackets."""
+        place = next((p for p in (self.own, self.module, self.common) if name in p.kinds), Scope())
+        return {key[len(name) :]: value for key, value in place.items() if key.startswith(name + "[")}
 
     def knows(self, name: str) -> bool:
         """True where the name is declared, with a value or without."""
@@ -125,9 +158,8 @@ class Variables:
     def put(self, name: str, value: Value) -> None:
         """Sets X, X[3] or a component X.Y, where it stands."""
         head, *parts = name.split(".")
-        places = (self.own, self.module, self.common)
-        bare = head.split("[")[0]
-        place = next((place for place in places if head in place or bare in place.kinds), self.module)
+        place = self._holder(head)
+        place = self.module if place is None else place
         self.keep(place, head)
         if not parts:
             place.put(head, value)
@@ -139,7 +171,15 @@ class Variables:
             node = node.setdefault(part, {})
         if not isinstance(node, dict):
             raise UnknownError(f"{name} is not an aggregate")
-        node[parts[-1]] = value
+        if parts[-1] in self.whole and isinstance(value, float):
+            value = _rounded(value)
+        node[parts[-1]] = copy.deepcopy(value) if isinstance(value, dict) else value
+
+    def indexed(self, name: str) -> str:
+        """A name with its indices worked out: P[I+1].X as P[3].X; raises UnknownError."""
+        return _INDEX.sub(
+            lambda found: f"[{','.join(str(self.value(part)) for part in split_top(found[1]) if part)}]", name
+        )
 
     def keep(self, place: Scope, head: str) -> None:
         """Notes what a data list had, which outlives the run, before it is changed for the first time."""
@@ -151,7 +191,7 @@ class Variables:
         plain = _PLAIN.fullmatch(text)
         if plain is not None:  # nearly every point is such a one: numbers alone
             pairs = [pair.split() for pair in plain["pairs"].split(",")]
-            points: dict[str, Value] = {name: float(text) if "." in text else int(text) for name, text in pairs}
+            points: dict[str, Value] = {name: _number(text) for name, text in pairs}
             if len(points) == len(pairs):
                 return {"": plain["type"], **points} if plain["type"] else points
         reader = _Reader(text, self)
@@ -173,6 +213,11 @@ class Variables:
         if not isinstance(value, bool):
             raise UnknownError(f"{text} is neither TRUE nor FALSE")
         return value
+
+
+def _number(text: str) -> int | float:
+    """A number as it is written: whole where it has neither point nor exponent, and KRL has so large an INT."""
+    return int(text) if text.lstrip("-").isdigit() and len(text) <= _WHOLE_DIGITS else float(text)
 
 
 class _Reader:
@@ -211,16 +256,22 @@ class _Reader:
             return self.single()
         left = self.binary(level + 1)
         while self.kind in ("sign", "name") and self.token in _BINARY[level]:
-            act = _BINARY[level][self.step()]
-            left = self.reckon(act, left, self.binary(level + 1))
+            sign = self.step()
+            left = self.reckon(sign, _BINARY[level][sign], left, self.binary(level + 1))
         return left
 
-    def reckon(self, act: Callable[..., Value], left: Value, right: Value) -> Value:
-        whole = isinstance(left, int) and isinstance(right, int) and not isinstance(left, bool)
+    def reckon(self, sign: str, act: Callable[..., Value], left: Value, right: Value) -> Value:
+        kinds = [next(k for k in (bool, int, float, str, dict) if isinstance(side, k)) for side in (left, right)]
+        whole = kinds == [int, int]
+        numbers = all(kind in (int, float) for kind in kinds)
+        wanted = {**dict.fromkeys(_TRUTHS, kinds == [bool, bool]), **dict.fromkeys(_BITS, whole)}
         try:
-            if act is operator.truediv and whole:
-                return int(left / right)  # type: ignore[operator]
-            return act(left, right)
+            if not wanted.get(sign, numbers or (kinds[0] == kinds[1] and sign in ("==", "<>"))):
+                raise TypeError(f"{sign} doesn't take these; comparisons stand in brackets beside AND and OR")
+            value = int(left / right) if sign == "/" and whole else act(left, right)  # type: ignore[operator]
+            if isinstance(value, int) and abs(value) > _LARGEST:
+                raise OverflowError("it gets larger than KRL's whole numbers")
+            return value
         except (TypeError, ZeroDivisionError, OverflowError) as failure:
             raise UnknownError(f"{self.text} can't be worked out ({failure})") from failure
 
@@ -237,7 +288,7 @@ class _Reader:
     def _single(self) -> Value:
         kind, token = self.kind, self.step()
         if kind == "number":
-            return int(token) if token.isdigit() else float(token)
+            return _number(token)
         if kind == "bits":
             return int(token[1:], 2 if token[0] == "B" else 16)
         if kind == "text":

@@ -46,9 +46,12 @@ class NotSaidError(Exception):
     """A value that the text does not say, or that is no such value."""
 
 
-def _standard() -> dict[str, tuple[str, Item]]:
+_Scope = dict[str, tuple[str, Item]]
+
+
+def _standard() -> _Scope:
     here: Item = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
-    out: dict[str, tuple[str, Item]] = {
+    out: _Scope = {
         "TOOL0": ("TOOLDATA", [True, here, None]),
         "WOBJ0": ("WOBJDATA", [False, True, "", here, here]),
         "FINE": ("ZONEDATA", [True, *[0.0] * 6]),
@@ -63,16 +66,30 @@ def _standard() -> dict[str, tuple[str, Item]]:
 
 @dataclass(slots=True)
 class Records:
-    """All that is declared, by name: its type and value."""
+    """What is declared, by name, type and value: of the procedure that runs (`own`), of its module by LOCAL, of all. The nearest
+    hides the others.
+    """
 
-    known: dict[str, tuple[str, Item]] = field(default_factory=_standard)
+    known: _Scope = field(default_factory=_standard)
+    module: _Scope = field(default_factory=dict)
+    own: _Scope = field(default_factory=dict)
 
-    def declare(self, kind: str, name: str, text: str) -> None:
+    def declare(self, kind: str, name: str, text: str, scope: _Scope | None = None) -> None:
         """A declaration; a value that can't be read is not said."""
+        scope = self.known if scope is None else scope
         try:
-            self.known[name] = (kind, self.value(text) if text else None)
+            scope[name] = (kind, self.value(text) if text else None)
         except NotSaidError:
-            self.known[name] = (kind, None)
+            scope[name] = (kind, None)
+
+    def scope_of(self, name: str) -> _Scope | None:
+        """Where a name is declared, as the procedure that runs sees it."""
+        return next((scope for scope in (self.own, self.module, self.known) if name in scope), None)
+
+    def find(self, name: str) -> tuple[str, Item]:
+        """Type and value of a name; neither of one that isn't declared."""
+        scope = self.scope_of(name)
+        return ("", None) if scope is None else scope[name]
 
     def value(self, text: str) -> Item:
         """The value of a literal, a record of them, or a name. Raises NotSaidError."""
@@ -96,9 +113,10 @@ class Records:
             values, at = self._row(pieces, at + 1, depth, ")")
             return _shifted(values, by_tool=name == "RELTOOL"), at
         if name is not None:
-            if name not in self.known or self.known[name][1] is None:
+            value = self.find(name)[1]
+            if value is None:
                 raise NotSaidError(f"{name[:40]} isn't in the program")
-            return self.known[name][1], at + 1
+            return value, at + 1
         if sign != "[":
             raise NotSaidError(f"{sign} where a value has to be")
         return self._row(pieces, at, depth, "]")
@@ -117,20 +135,20 @@ class Records:
 
     def put(self, name: str, part: str, value: Item) -> bool:
         """Sets a tool's or a work object's component, or all of it; False where that is not known here."""
-        kind, whole = self.known.get(name, ("", None))
+        scope, (kind, whole) = self.scope_of(name) or self.known, self.find(name)
         if not part:
-            self.known[name] = (kind, value)
+            scope[name] = (kind, value)
             return bool(kind)
         parts = _PARTS.get(kind, ())
         if part not in parts or not isinstance(whole, list) or len(whole) != len(parts):
-            self.known[name] = (kind, None)
+            scope[name] = (kind, None)
             return False
-        self.known[name] = (kind, [value if own == part else old for own, old in zip(parts, whole, strict=True)])
+        scope[name] = (kind, [value if own == part else old for own, old in zip(parts, whole, strict=True)])
         return True
 
     def record(self, name: str, kind: str) -> list[Item]:
         """The components of what is declared under a name. Raises NotSaidError."""
-        own, value = self.known.get(name, ("", None))
+        own, value = self.find(name)
         if own != kind or not isinstance(value, list) or len(value) != len(_PARTS[kind]):
             raise NotSaidError(f"{name[:40]} is no {kind.lower()} of the program")
         return value

@@ -18,7 +18,7 @@ from camrob.witness.machine import Machine
 from camrob.witness.rapid.module_text import MoveRow, Procedure, RapidModule, listed_modules, read_rapid_module
 from camrob.witness.rapid.rapid_motion import RapidMotions
 from camrob.witness.rapid.rapid_statements import STATEMENTS
-from camrob.witness.rapid.records import NotSaidError, Records
+from camrob.witness.rapid.records import Item, NotSaidError, Records
 
 __all__ = ["run_program"]
 
@@ -46,6 +46,7 @@ class _Runner:
         self.records = Records()
         self.motions = RapidMotions(self.state, self.records)
         self.procedures: dict[str, tuple[RapidModule, Procedure]] = {}
+        self.locals: dict[Path, dict[str, tuple[str, Item]]] = {}  # by module, what LOCAL keeps to it
         self.depth = 0
         conduct = self.state.conduct
         conduct.begun, conduct.words = True, _WORDS
@@ -65,8 +66,9 @@ class _Runner:
         state.written += module.count
         for line in module.outside:
             state.gap(line, "it stands outside of any procedure")
+        self.records.module = self.locals[path] = {}
         for line in module.data:
-            self.declare(line)
+            self.declare(line, self.records.module if line.code.startswith("LOCAL ") else self.records.known)
         for name, procedure in module.procedures.items():
             if name in self.procedures:
                 raise ProgramError(
@@ -75,12 +77,12 @@ class _Runner:
             self.procedures[name] = (module, procedure)
         return module
 
-    def declare(self, line: Line) -> bool:
-        """CONST, VAR, PERS."""
+    def declare(self, line: Line, scope: dict[str, tuple[str, Item]]) -> bool:
+        """CONST, VAR, PERS, into a scope."""
         found = re.fullmatch(r"(?:(?:LOCAL|TASK) )?(?:CONST|VAR|PERS) (\w+) (\w+)(\{.*\})? ?(?::= ?(.*))?", line.code)
         if found is None:
             return False
-        self.records.declare(found[1], found[2], "" if found[3] else found[4] or "")
+        self.records.declare(found[1], found[2], "" if found[3] else found[4] or "", scope)
         self.motions.forget()
         return True
 
@@ -88,14 +90,19 @@ class _Runner:
         """Runs a procedure."""
         if self.depth >= _CALLS_DEEP:
             raise LostError("procedures call each other too deep")
-        kept, self.state.file = self.state.file, self.state.files.index(str(module.path))
+        records = self.records
+        kept = (self.state.file, records.own, records.module)
+        self.state.file = self.state.files.index(str(module.path))
+        records.own, records.module = {}, self.locals[module.path]
+        self.motions.forget()
         self.depth += 1
         try:
             self.nodes(procedure.nodes)
         except _LeftError:
             self.state.early = None
         finally:
-            self.state.file = kept
+            self.state.file, records.own, records.module = kept
+            self.motions.forget()
             self.depth -= 1
 
     def nodes(self, nodes: Sequence[Line | MoveRow]) -> None:
@@ -151,7 +158,7 @@ class _Runner:
         """One statement."""
         state = self.state
         state.tick(line)
-        if self.declare(line):
+        if self.declare(line, self.records.own):
             return
         found = next(((row, m) for row in STATEMENTS if (m := row.pattern.fullmatch(line.code)) is not None), None)
         if found is None:
@@ -268,7 +275,7 @@ class _Runner:
             value = records.value(match["value"])
         except NotSaidError:
             value = None
-        known = match["name"] in records.known
+        known = records.scope_of(match["name"]) is not None
         if known and match["part"] != "TLOAD":
             state.gap(line, "it changes what the controller keeps for its next run, and that isn't judged")
         if known:

@@ -98,6 +98,9 @@ class Flow:
             self._variables.assign(name, value)
             if not self._run(module, block.start + 1, block.end):
                 return False
+            if self._variables.lookup(name) != value:
+                raise KrlError(f"FOR whose counter {name} is set within it", hint="use WHILE")
+        self._variables.assign(name, Unknown(name))  # the last value or the one behind it
         return True
 
     def _loop(self, module: Module, block: Block, word: str, tokens: tuple[Token, ...]) -> bool | None:

@@ -9,7 +9,7 @@ from typing import Protocol
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.tokens import Token, shown
 
-__all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Names", "Unknown", "Value"]
+__all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Names", "Unknown", "Value", "place_of"]
 
 _DEEPEST = 40  # nested brackets: deeper than a person writes, and short of Python's own limit
 _AFTER_VALUE = (",", "}", ")", "]")
@@ -62,9 +62,10 @@ class Names(Protocol):
 
 
 _LEVELS: tuple[tuple[str, ...], ...] = (
-    ("OR", "EXOR", "B_OR", "B_EXOR"),
+    ("==", "<>", "<", ">", "<=", ">="),  # loosest of all: "Expert Programming", priority of operators
+    ("OR", "B_OR"),
+    ("EXOR", "B_EXOR"),
     ("AND", "B_AND"),
-    ("==", "<>", "<", ">", "<=", ">="),
     ("+", "-"),
     ("*", "/"),
     (":",),
@@ -234,6 +235,15 @@ class Expression:
             self.expect(",")
 
 
+def place_of(argument: tuple[Token, ...], names: Names) -> str:
+    """The variable that stands alone as an argument, its indices worked out, `[?]` for an array; "" where a value stands."""
+    if argument[0].kind != "name":
+        return ""
+    expression = Expression(argument, names)
+    path = expression.path().replace("[]", "[?]")
+    return path if expression.next.kind == "end" else ""
+
+
 def _literal(text: str) -> int | float:
     """The number that a text spells: whole where it has neither point nor exponent."""
     return int(text) if text.isdigit() and len(text) < 16 else float(text)
@@ -261,7 +271,8 @@ def _combine(operator: str, left: Value, right: Value) -> Value:
         return known.get(operator, Unknown(operator))
     if operator in ("==", "<>") and isinstance(left, (str, Enumerated)) and isinstance(right, (str, Enumerated)):
         return (left == right) == (operator == "==")
-    if isinstance(left, (int, float)) and isinstance(right, (int, float)):
+    numbers = not isinstance(left, bool) and not isinstance(right, bool)
+    if numbers and isinstance(left, (int, float)) and isinstance(right, (int, float)):
         return _arithmetic(operator, left, right)
     return Unknown(f"... {operator} ...")
 

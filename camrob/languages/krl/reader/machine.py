@@ -154,6 +154,8 @@ class KrlMachine:
         elif command == "?":
             self.find("bas-unknown", "BAS with a command that is not known here", line)
         if command in ("#CP_PARAMS", "#PTP_PARAMS", "#FRAMES"):
+            if self.variables.lookup("FDAT_ACT.IPO_FRAME") == Enumerated("#TCP"):
+                raise KrlError("IPO_FRAME #TCP: a tool that stands by itself is not read", hint="post with #BASE")
             for name in ("tool", "base"):
                 number = self.variables.lookup(f"FDAT_ACT.{name.upper()}_NO")
                 if not isinstance(number, Unknown):

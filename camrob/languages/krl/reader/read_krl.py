@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from camrob.errors import KrlError
 from camrob.findings import Severity, collapse
 from camrob.languages.krl.reader.control_flow import Flow, leave_loop
-from camrob.languages.krl.reader.expressions import Expression, Unknown, Value
+from camrob.languages.krl.reader.expressions import Expression, Unknown, Value, place_of
 from camrob.languages.krl.reader.known import MESSAGES
 from camrob.languages.krl.reader.machine import KrlMachine
 from camrob.languages.krl.reader.module import Block, Module, Routine, load_module
@@ -298,7 +298,7 @@ class _Reader:
         """Runs a routine of this file, or of the file of its name beside it."""
         machine = self._machine
         machine.statements["call"] += 1
-        names = handed(tokens, expression.at)
+        names = [place_of(argument, machine.variables) for argument in handed(tokens, expression.at)]
         arguments = expression.arguments()
         found = (module, module.routines[name]) if name in module.routines else self._external(name)
         if found is None:
@@ -308,10 +308,11 @@ class _Reader:
             return
         after, routine = self._call(*found, arguments), found[1]
         for k, parameter in enumerate(routine.parameters[: len(arguments)]):
-            if names[k] and parameter in routine.outputs:
+            unsaid = parameter in routine.unsaid and (after[parameter] != arguments[k] or "?" in names[k])
+            if names[k] and parameter in routine.outputs and "?" not in names[k]:
                 machine.variables.assign(names[k], after[parameter])
-            elif names[k] and parameter in routine.unsaid and after[parameter] != arguments[k]:
-                machine.variables.assign(names[k], Unknown(names[k]))  # whether it is handed back isn't said
+            elif names[k] and (unsaid or parameter in routine.outputs):  # handed back perhaps, or nobody knows where
+                machine.variables.assign(names[k], Unknown(names[k]))
 
     def _function(self, name: str, arguments: list[Value]) -> Value | None:
         """The value of a DEFFCT that the program brings, which must not move; None where it brings none."""

@@ -81,8 +81,8 @@ def mark_of(text: str) -> str:
     return name.strip() if colon and not rest.strip() else ""
 
 
-def handed(tokens: tuple[Token, ...], at: int) -> list[str]:
-    """The variables that stand alone as a call's arguments, "" for each other one; `at`: the opening bracket."""
+def handed(tokens: tuple[Token, ...], at: int) -> list[tuple[Token, ...]]:
+    """A call's arguments, each with an `end` behind it; `at`: the opening bracket."""
     parts, depth = [list[Token]()], 0
     for token in tokens[at + 1 : -1]:
         depth += {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}.get(token.text, 0) if token.kind == "sign" else 0
@@ -92,6 +92,4 @@ def handed(tokens: tuple[Token, ...], at: int) -> list[str]:
             parts.append([])
         else:
             parts[-1].append(token)
-    plain = [all(t.kind == "name" or t.text in (".", "[", "]") or t.kind == "number" for t in part) for part in parts]
-    named = [bool(part) and part[0].kind == "name" for part in parts]
-    return ["".join(t.text for t in p) if a and b else "" for p, a, b in zip(parts, plain, named, strict=True)]
+    return [(*part, Token("end", "")) for part in parts]

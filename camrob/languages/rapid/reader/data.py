@@ -11,7 +11,7 @@ from camrob.errors import ProgramError
 from camrob.languages.rapid.reader.tokens import Token, joined
 from camrob.se3 import quaternion_to_rotation
 
-__all__ = ["FIELDS", "Data", "UnknownError", "Value", "numbers"]
+__all__ = ["FIELDS", "Data", "Scope", "UnknownError", "Value", "numbers"]
 
 Value = float | bool | str | list["Value | None"]
 """A number, a truth value, a text, or a record's components in their order, None what the text does not say."""
@@ -67,6 +67,9 @@ _DEEPEST = 40  # brackets in brackets and signs before signs: no record has more
 _UNIT = 0.02  # what the square of a printed quaternion may be off 1
 
 
+Scope = dict[str, tuple[str, "Value | None"]]
+
+
 class UnknownError(Exception):
     """A value that the text does not say."""
 
@@ -92,23 +95,43 @@ def _new_number(text: str) -> float:
 
 @dataclass(slots=True)
 class Data:
-    """What is declared, by upper-case name: type and value, None where the text does not say it."""
+    """What is declared, by upper-case name: type and value, None where the text does not say it.
 
-    known: dict[str, tuple[str, Value | None]] = field(default_factory=lambda: dict(_predefined()))
+    known: to all modules; module: by LOCAL, to the one that runs; own: to the procedure that runs, None outside of any. The
+    nearest hides the others.
+    """
+
+    known: Scope = field(default_factory=lambda: dict(_predefined()))
+    module: Scope = field(default_factory=dict)
+    own: Scope | None = None
     changes: int = 0
 
-    def declare(self, kind: str, name: str, value: Value | None) -> None:
-        """A declaration."""
-        self.known[name] = (kind, value)
+    def enter(self, module: Scope, own: Scope | None) -> None:
+        """Another module or procedure runs from here on."""
+        self.module, self.own = module, own
         self.changes += 1
+
+    def declare(self, kind: str, name: str, value: Value | None, *, local: bool = False) -> None:
+        """A declaration; local: by LOCAL."""
+        scope = self.own if self.own is not None else self.module if local else self.known
+        scope[name] = (kind, value)
+        self.changes += 1
+
+    def _scope(self, name: str) -> Scope:
+        """Where a name is declared, as the procedure that runs sees it."""
+        return next((scope for scope in (self.own or {}, self.module) if name in scope), self.known)
+
+    def find(self, name: str) -> tuple[str, Value | None]:
+        """Type and value under a name; neither where it isn't declared."""
+        return self._scope(name).get(name, ("", None))
 
     def assign(self, path: Sequence[str], value: Value | None) -> None:
         """`a.b.c := value`; what is not declared in the text is left alone."""
-        kind, whole = self.known.get(path[0], ("", None))
+        kind, whole = self.find(path[0])
         self.changes += 1
         if not kind:
             return
-        self.known[path[0]] = (kind, _replaced(kind, whole, path[1:], value))
+        self._scope(path[0])[path[0]] = (kind, _replaced(kind, whole, path[1:], value))
 
     def value(self, tokens: Sequence[Token]) -> Value:
         """The value of an expression. Raises UnknownError where the text does not say it."""
@@ -207,7 +230,7 @@ class _Expression:
             return name == "TRUE"
         if name in ("OFFS", "RELTOOL") and self.peek() == "(":
             return self.moved(name)
-        kind, value = self.data.known.get(name, ("", None))
+        kind, value = self.data.find(name)
         while self.peek() == ".":
             self.take()
             part = self.take().text

@@ -41,7 +41,7 @@ class FramesInForce:
         """What a tooldata says of the load; "" where the text does not say it."""
         self._refresh()
         if name not in self._loads:
-            kind, value = self._data.known.get(name, ("", None))
+            kind, value = self._data.find(name)
             told = kind == "TOOLDATA" and isinstance(value, list) and len(value) == 3
             self._loads[name] = _flat(value[2]) if told and isinstance(value, list) else ""
         return self._loads[name]
@@ -64,7 +64,7 @@ class FramesInForce:
 
 def _tool(data: Data, name: str) -> ProgramFrame:
     """A tooldata's frame; unknown for one that stands in the cell, or is not in the text."""
-    kind, value = data.known.get(name, ("", None))
+    kind, value = data.find(name)
     if kind == "TOOLDATA" and isinstance(value, list) and len(value) == 3:
         frame = _xyzabc(value[1])
         if value[0] is True and frame is not None:
@@ -74,7 +74,7 @@ def _tool(data: Data, name: str) -> ProgramFrame:
 
 def _base(data: Data, name: str) -> ProgramFrame:
     """A work object's frame: in the world, or on the mechanical unit that carries it."""
-    kind, value = data.known.get(name, ("", None))
+    kind, value = data.find(name)
     if kind == "WOBJDATA" and isinstance(value, list) and len(value) == 5 and value[0] is False:
         user, offset = _xyzabc(value[3]), _xyzabc(value[4])
         if value[1] is False and value[2] and offset is not None:

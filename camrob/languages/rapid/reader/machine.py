@@ -64,6 +64,7 @@ class RapidMachine:
     def declare(self, statement: Statement) -> bool:
         """CONST, VAR or PERS; False for another statement."""
         tokens = list(statement.tokens)
+        local = bool(tokens) and tokens[0].text == "LOCAL"
         while tokens and tokens[0].text in ("LOCAL", "TASK"):
             tokens.pop(0)
         if len(tokens) < 3 or tokens[0].text not in ("CONST", "VAR", "PERS") or tokens[2].kind != "name":
@@ -75,7 +76,7 @@ class RapidMachine:
                 value = self.data.value(tokens[4:])
             except UnknownError:
                 value = None
-        self.data.declare(kind, name, value)
+        self.data.declare(kind, name, value, local=local)
         return True
 
     def assign(self, statement: Statement) -> bool:
@@ -203,7 +204,7 @@ class RapidMachine:
             raise ProgramError(what, hint="give a program with literal targets", line=line) from None
 
     def _named(self, name: str, line: int) -> Value:
-        kind, value = self.data.known.get(name, ("", None))
+        kind, value = self.data.find(name)
         if value is None or kind != "ZONEDATA":
             raise ProgramError(
                 f"needs {name[:40]}, which is not in the program",

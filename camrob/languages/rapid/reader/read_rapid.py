@@ -10,6 +10,7 @@ import numpy as np
 
 from camrob.errors import ProgramError
 from camrob.findings import Severity, collapse
+from camrob.languages.rapid.reader.data import Scope
 from camrob.languages.rapid.reader.machine import MOVES, RapidMachine
 from camrob.languages.rapid.reader.module import Module, Node, Routine, load_module, modules_beside
 from camrob.languages.rapid.reader.tokens import Row, Statement, joined, shown
@@ -48,6 +49,7 @@ class _Reader:
         self._machine = RapidMachine()
         self._modules: list[Module] = []
         self._routines: dict[str, tuple[int, Routine]] = {}
+        self._locals: list[Scope] = []  # by module, what LOCAL keeps to it
         self._depth = self._taken = 0
 
     def program(self) -> ProgramText:
@@ -87,6 +89,8 @@ class _Reader:
         """A module: its data and its procedures."""
         module = load_module(path)
         self._modules.append(module)
+        self._locals.append({})
+        self._machine.data.enter(self._locals[-1], None)
         for statement in module.declarations:
             if not self._machine.declare(statement):
                 self._unknown(statement)
@@ -102,14 +106,17 @@ class _Reader:
         self._depth += 1
         if self._depth > _DEEPEST_CALL:
             raise ProgramError(f"calls are nested more than {_DEEPEST_CALL} deep", hint="does a procedure call itself?")
-        module, kept = self._modules[index], self._machine.file
+        module, data = self._modules[index], self._machine.data
+        kept = (self._machine.file, data.module, data.own)
         self._machine.file = index
+        data.enter(self._locals[index], {})
         try:
             with suppress(_LeftError):
                 self._nodes(routine.nodes)
         except ProgramError as error:
             raise error.at(module.path) from None
-        self._machine.file = kept
+        self._machine.file = kept[0]
+        data.enter(*kept[1:])
         self._depth -= 1
 
     def _nodes(self, nodes: list[Node]) -> None:
