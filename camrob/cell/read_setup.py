@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,10 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of, read_toml
 from camrob.cell.setup import Body, Clamping, Setup, ToolSetup
 from camrob.cell.toml_table import TableReader
+from camrob.cell.tool_library import read_tool_library
 from camrob.errors import SetupError
 from camrob.machine_tool import FEEDS, Feed, MachineTool, RotaryAxis
+from camrob.se3 import pose
 from camrob.units import INCH_MM, m_to_mm, mm_min_to_m_s, mm_to_m
 
 __all__ = ["read_clampings", "read_machine_tool", "read_setup"]
@@ -79,7 +82,7 @@ def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None)
     setup = Setup(
         path=path,
         base_T_part=np.eye(4) if part_in_base is None else part_in_base,
-        tools=_tools(table, isinstance(data.get("tool"), list), cell) or (own_tool,),
+        tools=_tools(table, data.get("tool"), cell) or (own_tool,),
         units=table.text("units", choices=("mm", "inch")) if "units" in table else "",
         dialect=_dialect(table),
         rapid_feed=_number(table, "rapid_feed_mm_min", 1.0, FASTEST_MM_MIN, mm_min_to_m_s),
@@ -176,33 +179,56 @@ def _dialect(table: TableReader) -> str:
 
 def _machine(table: TableReader) -> MachineTool | None:
     """The machine tool that a program is for, in a file beside the set-up; None where it names none."""
-    if "machine" not in table:
+    path = _beside(table, "machine")
+    return None if path is None else read_machine_tool(path)
+
+
+def _beside(table: TableReader, key: str) -> Path | None:
+    """The file beside the set-up that a key names; None where it names none."""
+    if key not in table:
         return None
-    name = table.text("machine")
+    name = table.text(key)
     if Path(name).name != name or not os.path.isfile(table.path.parent / name):
-        raise table.fail(
-            "machine", f"{name[:60]!r} is not a file beside this one", "put it there, name it without a path"
-        )
-    return read_machine_tool(table.path.parent / name)
+        raise table.fail(key, f"{name[:60]!r} is not a file beside this one", "put it there, name it without a path")
+    return table.path.parent / name
 
 
-def _tools(table: TableReader, several: bool, cell: Cell) -> tuple[ToolSetup, ...]:
-    """[tool] or all [[tool]]s, () where there are none."""
-    if "tool" not in table:
-        return ()
-    if not several:
-        return (_tool(table.table("tool"), cell, numbered=False),)
-    parts = table.tables("tool")
-    tools = tuple(_tool(part, cell, numbered=True) for part in parts)
-    for i, (part, tool) in enumerate(zip(parts, tools, strict=True)):
-        if any(tool.number == other.number for other in tools[:i]):
+def _tools(table: TableReader, raw: Any, cell: Cell) -> tuple[ToolSetup, ...]:
+    """[tool], or all [[tool]]s over the tools of the library, () where there are none. raw: what stands behind `tool`."""
+    gauge = _frame(table, "flange_to_gauge_line")
+    library = _beside(table, "tool_library")
+    rows = {} if library is None else read_tool_library(library)
+    if gauge is None:
+        for row in rows.values():
+            row.table.pop("gauge_length_mm", None)
+    if raw is not None and not isinstance(raw, list):
+        if library is not None:
+            raise table.fail("tool", "stands for all numbers, beside tool_library", "make it [[tool]], with its number")
+        return (_tool(table.table("tool"), cell, gauge, numbered=False),)
+    tools: dict[int | None, ToolSetup] = {}
+    for number, row in rows.items():
+        part = TableReader(row.table, library or table.path, f"line {row.line}", error=SetupError)
+        tools[number] = _tool(part, cell, gauge, numbered=True)
+    seen = set()
+    for part, said in zip(table.tables("tool"), raw or (), strict=True):
+        under = rows.get(said.get("number")) if library is not None else None
+        whole = part if under is None else TableReader(under.table | said, table.path, part.key, error=SetupError)
+        tool = _tool(whole, cell, gauge, numbered=True)
+        if tool.number in seen:
             raise part.fail("number", f"{tool.number} appears twice", "give every tool a number of its own")
-    return tools
+        seen.add(tool.number)
+        tools[tool.number] = tool
+    return tuple(tools.values())
 
 
-def _tool(table: TableReader, cell: Cell, *, numbered: bool) -> ToolSetup:
-    """One [tool] or [[tool]]."""
+def _tool(table: TableReader, cell: Cell, gauge: Array | None, *, numbered: bool) -> ToolSetup:
+    """One [tool] or [[tool]]. gauge: (4, 4), flange_T_gauge_line, None where it isn't told."""
     flange_T_tool = _frame(table, "flange_to_tool")
+    out = _number(table, "gauge_length_mm", 1e-3, LONGEST_MM, mm_to_m)
+    if flange_T_tool is None and out is not None:
+        if gauge is None:
+            raise table.fail("gauge_length_mm", "is from the gauge line, which isn't told", "give flange_to_gauge_line")
+        flange_T_tool = gauge @ pose(np.eye(3), [0.0, 0.0, -out])
     mass, center = _load(table)
     tool = ToolSetup(
         number=table.integer("number", lower=1, upper=10**6) if numbered else None,

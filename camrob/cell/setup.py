@@ -107,6 +107,9 @@ class Setup:
         runout_mm = 0.02               likewise: what a dial gauge at the cutter reads in a turn of the spindle
         mass_kg = 38.5                 of spindle, holder and tool together: the program then sets the controller's load data
         center_of_mass_mm = [X, Y, Z]            its centre in the flange's frame; both or neither, for every tool or for none
+        gauge_length_mm = 153.2        from the spindle's gauge line to the tip, in place of flange_to_tool
+        tool_library = "tools.csv"     above all tables: a CAM system's tools, a file beside this one
+        flange_to_gauge_line = [X, Y, Z, A, B, C]      likewise: the spindle's gauge line, z from the tip to the spindle
         [part]                         likewise [stock]: in the CL data's frame
         mesh = "part.stl"              a file beside setup.toml, with unit = "mm" (the default), "inch" or "m"
         box_mm = [X0, Y0, Z0, X1, Y1, Z1]        or a box by its two corners

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from camrob.errors import SetupError
 from camrob.witness.fields import Fields, read_toml
 from camrob.witness.frames import frame
-from camrob.witness.machine_tool import MachineTool, named_by
+from camrob.witness.machine_tool import MachineTool, beside, named_by
+from camrob.witness.tool_library import read_rows
 from camrob.witness.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
 __all__ = ["Body", "Job", "Tool", "no_job", "read_job"]
@@ -20,6 +21,7 @@ __all__ = ["Body", "Job", "Tool", "no_job", "read_job"]
 Array = NDArray[np.float64]
 
 _METRES = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM), "m": 1.0}
+_FILES = ("machine", "tool_library", "flange_to_gauge_line")  # and what a library's lengths count from
 _WORDS = ("units", "dialect", "cutter_compensation")
 _TON, _FAR = 1000.0, 1e4  # kg, mm
 _MEASURES = ("feed_mm_min", "rapid_feed_mm_min")
@@ -133,8 +135,8 @@ def _vertices(file: Path) -> Array:
     return points
 
 
-def _tool(fields: Fields) -> Tool:
-    """One [tool]."""
+def _tool(fields: Fields, gauge: Array | None) -> Tool:
+    """One [tool]. gauge: flange_T_gauge_line, None where it isn't told."""
     fields.none_but(
         "number",
         "name",
@@ -146,6 +148,7 @@ def _tool(fields: Fields) -> Tool:
         "runout_mm",
         "mass_kg",
         "center_of_mass_mm",
+        "gauge_length_mm",
     )
     diameter, length = fields.maybe("diameter_mm"), fields.maybe("length_mm")
     for key, value in (("diameter_mm", diameter), ("length_mm", length)):
@@ -160,9 +163,13 @@ def _tool(fields: Fields) -> Tool:
             raise fields.wrong("center_of_mass_mm", "lies farther off the flange than any tool is long", "write mm")
         x, y, z = mm_to_m(center).tolist()
         load = (mass, x, y, z)
+    held = frame(fields.numbers("flange_to_tool", 6)) if "flange_to_tool" in fields else None
+    if held is None and gauge is not None and "gauge_length_mm" in fields:
+        held = gauge.copy()  # the tip lies that far out of it, against its z
+        held[:3, 3] -= mm_to_m(fields.number("gauge_length_mm")) * gauge[:3, 2]
     return Tool(
         name=fields.text("name", ""),
-        flange_T_tool=frame(fields.numbers("flange_to_tool", 6)) if "flange_to_tool" in fields else None,
+        flange_T_tool=held,
         diameter=None if diameter is None else mm_to_m(diameter),
         length=None if length is None else mm_to_m(length),
         load=load,
@@ -170,15 +177,22 @@ def _tool(fields: Fields) -> Tool:
 
 
 def _tools(top: Fields) -> dict[int, Tool]:
-    """[tool] or [[tool]]: by number, 0 for one without a number."""
+    """[tool] or [[tool]]: by number, 0 for one without a number; under them the library's, of which they may change some."""
+    gauge = frame(top.numbers("flange_to_gauge_line", 6)) if "flange_to_gauge_line" in top else None
+    path = beside(top, "tool_library")
+    rows = {} if path is None else read_rows(path)
     tools: dict[int, Tool] = {}
     for fields in top.subs("tool"):
+        fields.table = {**rows.get(int(fields.number("number", 0.0)), {}), **fields.table}
         number = fields.number("number", 0.0)
         if number != int(number) or number < 0 or ("number" in fields and number == 0):
             raise fields.wrong("number", f"is {number:g}, which is not a tool's number", "write 1, 2, ...")
         if int(number) in tools:
             raise fields.wrong("number", "is given twice" if number else "is missing: more tools than one need numbers")
-        tools[int(number)] = _tool(fields)
+        tools[int(number)] = _tool(fields, gauge)
+    for other, row in rows.items():
+        if other not in tools:
+            tools[other] = _tool(Fields(row, path or top.path, SetupError, f"tool {other}: "), gauge)
     if 0 in tools and len(tools) > 1:
         raise top.wrong("tool", "has tools with a number and one without")
     return tools
@@ -230,8 +244,8 @@ def read_job(path: Path, clamping: str | None = None) -> Job:
     """The set-up of a setup.toml, as it is in one of its clampings where it has some. Raises SetupError, naming file and key."""
     top = read_toml(path, SetupError)
     base_T_part, lines = _placed(top, clamping)
-    known = ("part_in_base", "clamping", "tool", "part", "stock", "spindle_rpm", "machine")
-    top.none_but(*known, *_MEASURES, *_LENGTHS, *_OF_OTHERS, *_WORDS)
+    known = ("part_in_base", "clamping", "tool", "part", "stock", "spindle_rpm")
+    top.none_but(*known, *_FILES, *_MEASURES, *_LENGTHS, *_OF_OTHERS, *_WORDS)
     if "cutter_compensation" in top and top.text("cutter_compensation") != "wear":
         raise top.wrong("cutter_compensation", "is not 'wear'", 'write "wear", or leave it out')
     speeds = {key: top.maybe(key) for key in (*_MEASURES, "spindle_rpm")}

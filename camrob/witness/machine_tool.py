@@ -19,7 +19,7 @@ from camrob.witness.fields import Fields, read_toml
 from camrob.witness.frames import inverse, joined, rotations_about
 from camrob.witness.units import deg_to_rad, mm_to_m
 
-__all__ = ["MachineTool", "named_by", "read_machine_tool"]
+__all__ = ["MachineTool", "beside", "named_by", "read_machine_tool"]
 
 Array = NDArray[np.float64]
 _FAR = 20.0  # m
@@ -73,12 +73,18 @@ def _carried(axes: tuple[_Axis, ...], at: Mapping[str, float], raised: Array) ->
 
 def named_by(top: Fields) -> MachineTool | None:
     """The machine that a set-up names, None where it names none. Raises SetupError, naming file and key."""
-    if "machine" not in top:
+    path = beside(top, "machine")
+    return None if path is None else read_machine_tool(path)
+
+
+def beside(top: Fields, key: str) -> Path | None:
+    """The file that a set-up names under a key, None where it names none. Raises SetupError where it lies elsewhere."""
+    if key not in top:
         return None
-    name = top.text("machine")
+    name = top.text(key)
     if Path(name).name != name:
-        raise top.wrong("machine", f"is {name!r}", "name a file beside the set-up")
-    return read_machine_tool(top.path.parent / name)
+        raise top.wrong(key, f"is {name!r}", "name a file beside the set-up")
+    return top.path.parent / name
 
 
 def read_machine_tool(path: Path) -> MachineTool:

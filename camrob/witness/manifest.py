@@ -113,7 +113,7 @@ def _version() -> str:
 
 
 def _setup_files(setup: Path | None) -> list[Path]:
-    """The set-up and the meshes that it names."""
+    """The set-up and the files that it names: meshes, a machine tool, a tool library."""
     if setup is None:
         return []
     try:
@@ -121,8 +121,9 @@ def _setup_files(setup: Path | None) -> list[Path]:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return [setup]
     bodies = [table.get(name) for name in ("part", "stock")]
-    meshes = [body.get("mesh") for body in bodies if isinstance(body, dict)]
-    return [setup, *(setup.parent / mesh for mesh in meshes if isinstance(mesh, str))]
+    names = [body.get("mesh") for body in bodies if isinstance(body, dict)]
+    names += [table.get("machine"), table.get("tool_library")]
+    return [setup, *(setup.parent / name for name in names if isinstance(name, str))]
 
 
 def digests(paths: Iterable[Path], folder: Path | None = None) -> dict[str, str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_story import KR15, TOOL_FRAMES, TWO_TOOLS, cell_with, posted, story, text_of
+from scipy.spatial.transform import Rotation
 
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
@@ -103,6 +104,38 @@ def test_another_library_finds_each_tools_tip_at_the_points(made: PostResult) ->
         poses = pinocchio_poses(cell.with_tool(frame_of(np.array(frame))), q[own])
         np.testing.assert_allclose(poses[:, :3, 3], path.base_T_tip[own, :3, 3], atol=1e-9)
         np.testing.assert_allclose(poses[:, :3, 2], path.base_T_tip[own, :3, 2], atol=1e-9)
+
+
+def test_tools_of_a_library_are_those_of_their_lengths(tmp_path: Path) -> None:
+    """The gauge line 160 mm behind the first tool's tip: a library with 160 and 110 mm makes what two frames make."""
+    X, Y, Z, *abc = TOOL_FRAMES[0]
+    along = Rotation.from_euler("ZYX", abc, degrees=True).as_matrix()[:, 2]
+    line, second = ([float(v) for v in np.array([X, Y, Z]) + out * along] + abc for out in (160.0, 50.0))
+    place = "part_in_base = [0, 0, 198, 0, 0, 0]\n"
+    tool = "[[tool]]\nnumber = {}\nname = '{}'\nflange_to_tool = {}\ndiameter_mm = {}\nlength_mm = {}\n"
+    framed = place + tool.format(1, "mill 10", TOOL_FRAMES[0], 10, 80) + tool.format(2, "ball 6", second, 6, 40)
+    rows = (
+        "number,name,diameter_mm,length_mm,gauge_length_mm\n1,mill 10,10,80,160\n2,ball 6,6,40,110\n9,other,3,20,70\n"
+    )
+    listed = place + f'tool_library = "tools.csv"\nflange_to_gauge_line = {line}\n'
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "tools.csv").write_text(rows)
+    cell = cell_with(tmp_path, POSE)
+    made = posted(tmp_path, "part.nc", PART, setup=listed, cell=cell)
+    text = text_of(made)
+    files = json.loads((made.out / "part.json").read_text())["manifest"]["setup"]
+    assert set(files) == {"setup.toml", "tools.csv"}
+    assert "one-tool-for-several" not in {w.code for w in made.summary.warnings}
+    (tmp_path / "in" / "tools.csv").write_text(rows + "8,new,3,20,70\n")
+    checked = verify(
+        made.out / "part.src", cell=cell, setup=tmp_path / "in" / "setup.toml", against=tmp_path / "in" / "part.nc"
+    )
+    assert checked.ok is False and "manifest-differs" in {f.code for f in checked.findings}
+    assert text == text_of(posted(tmp_path, "part.nc", PART, setup=framed, cell=cell))
+    shared = "number,diameter_mm\n1,10\n2,6\n"  # no gauge line: all as the cell has its own
+    (tmp_path / "in" / "tools.csv").write_text(shared)
+    made = posted(tmp_path, "part.nc", PART, setup=place + 'tool_library = "tools.csv"\n', cell=cell)
+    assert "one-tool-for-several" in {w.code for w in made.summary.warnings}
 
 
 def test_verify_takes_each_tool_where_it_is_mounted(made: PostResult, tmp_path: Path) -> None:

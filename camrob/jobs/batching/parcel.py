@@ -125,18 +125,18 @@ def _cell(path: Path) -> Iterator[Path]:
 
 
 def _setup(path: Path) -> Iterator[Path]:
-    """A set-up and its meshes."""
+    """A set-up and the files beside it that it names."""
     yield from _alone(path)
     data = _toml(path)
-    for body in (data.get("part"), data.get("stock")):
-        mesh = body.get("mesh") if isinstance(body, dict) else None
+    bodies = [body.get("mesh") for body in (data.get("part"), data.get("stock")) if isinstance(body, dict)]
+    for name in (*bodies, data.get("machine"), data.get("tool_library")):
         if (
-            isinstance(mesh, str)
-            and mesh.isprintable()
-            and not Path(mesh).is_absolute()
-            and ".." not in Path(mesh).parts
+            isinstance(name, str)
+            and name.isprintable()
+            and not Path(name).is_absolute()
+            and ".." not in Path(name).parts
         ):
-            yield from _alone(path.parent / mesh)
+            yield from _alone(path.parent / name)
 
 
 def _clfile(path: Path) -> Iterator[Path]:

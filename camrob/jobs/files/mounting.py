@@ -52,7 +52,9 @@ def mounted_tools(
         mounted.append(MountedTool(label, tool, machine.with_tool(np.asarray(tool.flange_T_tool))))
     line = next((c.line for c in changes), 0)
     findings = list(_masses_stated(mounted, setup, line))
-    labels = list(dict.fromkeys(m.label for m in mounted if m.tool.number is None))
+    first_T = np.asarray(mounted[0].tool.flange_T_tool)
+    alike = [m for m in mounted if np.allclose(m.tool.flange_T_tool, first_T, atol=SAME_FRAME)]
+    labels = list(dict.fromkeys(m.label for m in alike))
     if len(labels) < 2:
         return tuple(mounted), tuple(findings)
     text = (
