@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from camrob.calibration.calibrate import fit_cell
+from camrob.calibration.calibration import Calibration
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.measurements import Measurements
 from camrob.calibration.terms import standard_names
@@ -76,3 +79,8 @@ def log_of(cell: Cell, data: Measurements, info: LogInfo | None = None) -> Measu
     return MeasurementLog(
         columns, info or LogInfo(sigma_position=mm_to_m(0.02), sigma_angle=deg_to_rad(0.0006), poses=True)
     )
+
+
+def calibrate_cell(cell: Cell, data: Measurements | Sequence[Measurements], **options) -> Calibration:
+    """The calibration of `fit_cell` alone."""
+    return fit_cell(cell, data, **options).calibration

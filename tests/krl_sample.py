@@ -10,7 +10,7 @@ import numpy as np
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.languages.krl import rounding
 from camrob.languages.krl.reader.read_krl import read_krl
-from camrob.languages.krl.writer.write_krl import write_krl
+from camrob.languages.krl.writer.write_krl import iter_krl
 from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.program.program_text import ProgramText
@@ -109,7 +109,7 @@ def read_back(files: dict[str, bytes], folder: Path) -> ProgramText:
 def written(
     program: Program, controller: ControllerSettings = CONTROLLER, max_lines: int | None = None
 ) -> dict[str, bytes]:
-    return write_krl(program, controller, max_lines=max_lines)
+    return dict(iter_krl(program, controller, max_lines=max_lines))
 
 
 def assert_same(program: Program, read: ProgramText) -> None:

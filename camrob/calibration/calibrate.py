@@ -35,7 +35,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import JobError, LogError, SingularError
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["CalibrationFit", "calibrate_cell", "fit_cell"]
+__all__ = ["CalibrationFit", "fit_cell"]
 
 Array = NDArray[np.float64]
 
@@ -53,19 +53,6 @@ class CalibrationFit:
 
     calibration: Calibration
     evidence: CalibrationEvidence
-
-
-def calibrate_cell(
-    cell: Cell,
-    data: Measurements | Sequence[Measurements],
-    *,
-    names: Sequence[str] | None = None,
-    candidates: Sequence[str] | None = None,
-    withheld: Measurements | Sequence[Measurements] | None = None,
-    share: float = 0.2,
-) -> Calibration:
-    """The calibration of `fit_cell` alone."""
-    return fit_cell(cell, data, names=names, candidates=candidates, withheld=withheld, share=share).calibration
 
 
 def fit_cell(

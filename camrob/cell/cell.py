@@ -17,7 +17,6 @@ from camrob.cell.redundancy_settings import ResolveSettings
 from camrob.cell.shape import Shape
 from camrob.errors import CellError
 from camrob.frozen import digest, leaves, locked
-from camrob.se3 import inverse
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["Cell"]
@@ -177,11 +176,6 @@ class Cell:
             value = values[..., k]
             q[..., i] = joint.q_value(mm_to_m(value) if joint.prismatic else deg_to_rad(value))
         return q
-
-    @property
-    def tool_T_flange(self) -> Array:
-        """The mounting plate seen from the tool."""
-        return inverse(self.flange_T_tool)
 
     @property
     def digest(self) -> str:

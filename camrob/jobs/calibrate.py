@@ -147,7 +147,7 @@ def _check(out: Path, share: float, poses: int, path: Path | None) -> None:
 
 def _read(logs: Sequence[Path], cell: Cell) -> list[Measurements]:
     """The poses of some logs."""
-    return [measurements_of(read_log(Path(path)), cell) for path in logs]
+    return [measurements_of(read_log(path), cell) for path in logs]
 
 
 def _once(fitted: Sequence[Path], withheld: Sequence[Path]) -> None:

@@ -101,14 +101,14 @@ def place(
     verdicts = off_table(inputs, plate, np.asarray(found.base_T_part))
     trial = try_placements(inputs, found, verdicts, stage_of(progress, "collisions"))
     summary = _summary(found, trial, plate, inputs.cell.name, name)
-    with staged_output(Path(out)) as folder:
+    with staged_output(out) as folder:
         xyz_mm = m_to_mm(np.asarray(found.base_T_part)[:, :3, 3])
         refused = [why if why not in (FREE, UNTRIED) else "" for why in trial.verdicts]
         picture = place_map(name, xyz_mm, found.value, trial.best, found.here, refused)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
         (folder / f"{name}.place.html").write_text(place_report(summary, picture), encoding="utf-8")
         (folder / f"{name}.place.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
-    return PlaceResult(summary, Path(out), summary.files)
+    return PlaceResult(summary, out, summary.files)
 
 
 def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: str, name: str) -> PlaceSummary:

@@ -75,7 +75,6 @@ def simulate(
         True
     """
     start = time.perf_counter()
-    program, out = Path(program), Path(out)
     _check(out, cycle_ms, report)
     language = language_of_file(program)
     machine = cell_for("simulate", cell)

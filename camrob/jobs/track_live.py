@@ -112,7 +112,7 @@ def track_live(
         session = server.serve(duration_s=duration_s, should_stop=should_stop, realtime=realtime)
     summary = _summary(options, server, session, time.monotonic() - start)
     if out is not None:
-        with staged_output(Path(out)) as folder:
+        with staged_output(out) as folder:
             server.log.write(folder / "tracker.csv")
             (folder / "tracker.json").write_text(
                 json.dumps(summary.to_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8"

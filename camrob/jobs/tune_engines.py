@@ -155,12 +155,12 @@ def tune_engines(
         table_error_at={v.name: round(float(x), 2) for v, x in zip(system.inputs, where, strict=True)},
         files=(names["engine"], names["constant"], "tune.json"),
     )
-    with staged_output(Path(out)) as folder:
+    with staged_output(out) as folder:
         for name in ("engine", "constant"):
             text = fis_text(_best(fits[name]).system, _remarks(summary, name))
             (folder / names[name]).write_text(text, encoding="utf-8")
         (folder / "tune.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
-    return TuneEnginesResult(summary, Path(out), summary.files)
+    return TuneEnginesResult(summary, out, summary.files)
 
 
 def _check(engine: str, budget: int, seeds: int, points: int) -> None:

@@ -118,12 +118,10 @@ def verify(
         (True, ())
     """
     start = time.perf_counter()
-    program, cell = Path(program), Path(cell)
     share = partial(stage_of, progress)
     machine = cell_for("verify", cell)
     inputs: JobInputs | None = None
     if against is not None:
-        against = Path(against)
         inputs = read_inputs(against, machine, setup, begin=begin, clamping=clamping, progress=share("read"))
         machine, setup = inputs.cell, inputs.setup.path
     share("witness")(0.0)
@@ -162,7 +160,7 @@ def verify(
         from camrob.jobs.release.verify_page import write_page
 
         share("report")(0.0)
-        write_page(Path(out), summary, None if second is None else (second.text, second.replayed))
+        write_page(out, summary, None if second is None else (second.text, second.replayed))
     return VerifyResult(ok, summary, tuple(found))
 
 

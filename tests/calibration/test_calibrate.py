@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, log_of, measure
+from calibration_sample import CELL, ROOT, SHARED, axis_values, calibrate_cell, drawn, log_of, measure
 
 from camrob.calibration.align import align
-from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.calibration_file import calibration_text, read_calibration
 from camrob.calibration.fit import residuals
 from camrob.calibration.identify import Observability, identify

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_sample import CELL, ROOT, axis_values, drawn, log_of, measure
+from calibration_sample import CELL, ROOT, axis_values, calibrate_cell, drawn, log_of, measure
 
-from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.terms import PARTS
 from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, log_of, measure
+from calibration_sample import CELL, ROOT, SHARED, axis_values, calibrate_cell, drawn, log_of, measure
 from page_data import block_of
 
-from camrob.calibration.calibrate import calibrate_cell, fit_cell
+from camrob.calibration.calibrate import fit_cell
 from camrob.calibration.calibration_file import calibration_figures, read_calibration
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.fit import fit_parameters

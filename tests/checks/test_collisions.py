@@ -21,7 +21,6 @@ from camrob.cell.setup import ToolSetup
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.checks.air import air_runs
 from camrob.checks.collisions import check_collisions
-from camrob.checks.void import interpolate_void
 from camrob.errors import SetupError
 from camrob.findings import Severity
 from camrob.kinematics.frames import base_T_flange, base_T_root, base_T_tool, world_T_base
@@ -30,6 +29,12 @@ from camrob.witness.job import read_job
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = read_cell(ROOT / "cells" / "kr15_track_table")
+
+
+def interpolate_void(q0: np.ndarray, q1: np.ndarray, step: float) -> np.ndarray:
+    """Postures (K, n) on the straight way in the joints, both ends included, no joint moving by more than `step` between two."""
+    pieces = max(1, int(np.ceil(np.abs(q1 - q0).max() / step - 1e-9)))
+    return np.linspace(q0, q1, pieces + 1)
 
 
 def run(cell, q, *, cutting=None, line=None, region=None, **more):
@@ -559,11 +564,3 @@ def test_a_binary_stl_is_read_as_a_library_reads_it(tmp_path):
     short.write_bytes(plain[:-30])
     with pytest.raises(SetupError, match=r"short\.stl"):
         read_triangles(short, 0.001)
-
-
-def test_interpolate_void():
-    q = interpolate_void([0, 0], [1.0, -0.1], 0.25)
-    assert q.shape == (5, 2) and np.allclose(q[0], 0) and np.allclose(q[-1], [1.0, -0.1])
-    assert len(interpolate_void([0.5], [0.5], 0.1)) == 2
-    with pytest.raises(ValueError):
-        interpolate_void([0.0], [1.0], 0.0)

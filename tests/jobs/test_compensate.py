@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_sample import CELL, ROOT, SHARED, axis_values, drawn, measure
+from calibration_sample import CELL, ROOT, SHARED, axis_values, calibrate_cell, drawn, measure
 from page_data import block_of
 
-from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.calibration_file import calibration_text
 from camrob.calibration.compensate import compensate_postures, pose_difference
 from camrob.calibration.error_model import ErrorModel

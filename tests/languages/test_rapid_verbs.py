@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_sample import measure
+from calibration_sample import calibrate_cell, measure
 from rapid_job import CELL
 from rapid_sample import bracket, controller, read_module, written
 
 from camrob import post
-from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.calibration_file import calibration_text
 from camrob.calibration.terms import standard_names
 from camrob.cell.read_cell import read_cell

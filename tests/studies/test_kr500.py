@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from calibration_sample import calibrate_cell
 
-from camrob.calibration.calibrate import calibrate_cell
 from camrob.calibration.measurements import measurements_of
 from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run

@@ -1,1 +1,1 @@
-"""The published method: the virtual joint over a whole program, posture revision, and the loop to the letter."""
+"""The published method: the virtual joint over a whole program, and posture revision."""

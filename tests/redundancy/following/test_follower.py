@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import literal_loop
 import numpy as np
 import pytest
 from follower_twins import CELL, CHAIN, bilinear, five_axis_path, follow, settings_of, state_at
+from literal_loop import TwinState, engine_weights, follow_as_published
 
 from camrob.errors import UnreachableError
 from camrob.kinematics.frames import base_T_tool
@@ -13,8 +15,6 @@ from camrob.redundancy.following import chain_work, newton_step
 from camrob.redundancy.following import linear_algebra as la
 from camrob.redundancy.following.follower import FAILED_NOT_REACHED, FOLLOWED
 from camrob.redundancy.fuzzy.surfaces import constant_surface
-from camrob.redundancy.published import literal_loop
-from camrob.redundancy.published.literal_loop import TwinState, engine_weights, follow_as_published
 from camrob.se3 import pose, rotation_exp, rotation_log
 
 SETTINGS = settings_of(CELL)

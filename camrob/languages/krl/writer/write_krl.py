@@ -15,14 +15,9 @@ from camrob.program.motion import Motion
 from camrob.program.program import Program
 from camrob.program.sub_programs import split_parts
 
-__all__ = ["iter_krl", "write_krl"]
+__all__ = ["iter_krl"]
 
 _HEADER = ("&ACCESS RVP", "&REL 1", "&PARAM TEMPLATE = C:\\KRC\\Roboter\\Template\\vorgabe", "&PARAM EDITMASK = *")
-
-
-def write_krl(program: Program, controller: ControllerSettings, *, max_lines: int | None) -> dict[str, bytes]:
-    """The files of a program, name to content: see `iter_krl`."""
-    return dict(iter_krl(program, controller, max_lines=max_lines))
 
 
 def iter_krl(

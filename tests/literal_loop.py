@@ -2,7 +2,8 @@
 
 Algorithm 1 with eq. 11, 12 and 15 to 20 in plain NumPy, a posture at a time. It creeps: with the null-space term inside
 the loop and a weight of 0.01 a step shrinks by about 1 % an iteration, so that the answer depends on where the loop is
-stopped. It knows no joint limits either. Programs are made by `follower`, which goes straight to where this loop ends.
+stopped. It knows no joint limits either. Programs are made by
+`camrob.redundancy.following.follower`, which goes straight to where this loop ends.
 """
 
 from __future__ import annotations
@@ -20,8 +21,6 @@ from camrob.errors import UnreachableError
 from camrob.frozen import locked
 from camrob.kinematics.frames import base_T_flange, base_T_joint_frames, base_T_tool
 from camrob.redundancy.fuzzy.fis import read_fis
-
-__all__ = ["TwinPath", "TwinState", "Weights", "engine_weights", "follow_as_published"]
 
 Array = NDArray[np.float64]
 Weights = Callable[[Array], Array]
