@@ -23,7 +23,7 @@ from camrob.program.process import Place, Process
 from camrob.program.program import Program
 from camrob.program.program_events import ProgramRows, RegionPoints, program_events
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
-from camrob.redundancy.solution import Solution
+from camrob.redundancy.solution import Lead, Solution
 from camrob.redundancy.stretches import change_values, home_values
 from camrob.toolpath.region import EventKind, Move
 from camrob.toolpath.toolpath import Toolpath
@@ -72,7 +72,7 @@ def assemble_program(
     """
     rounding = language.round
     points = RegionPoints(path, [r for r in toolpath.regions if len(r)])
-    rows = _with_leads(cell, path, _path_rows(cell, points, solution, keep, process), points, process)
+    rows = _with_leads(cell, path, _path_rows(cell, points, solution, keep, process), points, process, solution.leads)
     point, kind = rows.point, rows.kind
     real = rows.q.copy()
     real[:, list(cell.indices(Role.ROLL))] = 0.0
@@ -121,10 +121,14 @@ def _frames(cells: Sequence[Cell], real: Array, stretch: NDArray[np.int64]) -> A
     return frames
 
 
-def _with_leads(cell: Cell, path: ToolPathInBase, made: _Rows, points: RegionPoints, process: Process) -> _Rows:
-    """The rows with those that lead to them: HOME, the poses at which tools are changed, HOME; PTP to each stretch's first."""
+def _with_leads(
+    cell: Cell, path: ToolPathInBase, made: _Rows, points: RegionPoints, process: Process, leads: Sequence[Lead]
+) -> _Rows:
+    """The rows with those that lead to them: HOME, the poses at which tools are changed, HOME, and what lies on the ways there;
+    PTP to each stretch's first.
+    """
     first = Motion.PTP_AXES if spherical_arm(cell) is None else Motion.PTP_POSE
-    kind = made.kind.copy()
+    kind, none = made.kind.copy(), np.zeros((0, len(cell)))
     parts: list[_Rows] = []
     last = cell.to_axis_values(cell.q_home)
     parts.append(_lead(cell, home_values(cell, last), 0))
@@ -134,7 +138,12 @@ def _with_leads(cell: Cell, path: ToolPathInBase, made: _Rows, points: RegionPoi
         if k or (process.mounts_first and cell.controller.tool_change_pose is not None):
             parts.append(_lead(cell, change_values(cell, last), k))
         last = made.axis_values[here[-1]]
+        into, out = (
+            cell.to_axis_values(np.asarray(q)) for q in ((leads[k].into, leads[k].out) if leads else (none, none))
+        )
+        parts += [_lead(cell, values, k) for values in into]
         parts.append(_Rows(made.point[here], made.q[here], made.axis_values[here], kind[here], made.stretch[here]))
+        parts += [_lead(cell, values, k) for values in out]
     behind = any(c.region == len(points.regions) for c in process.changes)
     if behind and cell.controller.tool_change_pose is not None:
         last = change_values(cell, last)

@@ -31,7 +31,8 @@ class ToolPathInBase:
     (N,) index, TRANSIT between regions. source: (N,) index of the point within its region, -1 for camrob's own. safe: (N,)
     True where the tool is clear of the part, so that a posture may be revised or a file be cut there. stretch: (N,) how often
     the tool has been changed before the point (left out: never); at a change the tool leaves the path, and the next stretch
-    begins where the change has taken it to.
+    begins where the change has taken it to. clear: (N,) True for safe points that are so high that the robot may leave them by
+    axis values, the tool swung any way (left out: all of them).
     """
 
     base_T_tip: Array
@@ -42,6 +43,7 @@ class ToolPathInBase:
     source: NDArray[np.int64]
     safe: NDArray[np.bool_]
     stretch: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, np.int32))
+    clear: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     def __post_init__(self) -> None:
         frames = locked(self.base_T_tip, shape=(None, 4, 4), name="base_T_tip")
@@ -49,6 +51,8 @@ class ToolPathInBase:
         object.__setattr__(self, "base_T_tip", frames)
         if not len(self.stretch):
             object.__setattr__(self, "stretch", np.zeros(n, np.int32))
+        if not len(self.clear):
+            object.__setattr__(self, "clear", self.safe)
         for name, dtype in (
             ("move", np.int8),
             ("feed", np.float64),
@@ -57,6 +61,7 @@ class ToolPathInBase:
             ("source", np.int64),
             ("safe", np.bool_),
             ("stretch", np.int32),
+            ("clear", np.bool_),
         ):
             object.__setattr__(self, name, locked(getattr(self, name), shape=(n,), dtype=dtype, name=name))
 

@@ -16,7 +16,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanReport
 from camrob.se3 import inverse, rotation_log
 
-__all__ = ["Revision", "Solution"]
+__all__ = ["Lead", "Revision", "Solution"]
 
 Array = NDArray[np.float64]
 
@@ -45,11 +45,26 @@ class Revision:
 
 
 @dataclass(frozen=True, slots=True)
+class Lead:
+    """Postures (K, n) by which PTP goes from HOME, or from where tools are changed, to a stretch's first point (`into`), and from
+    its last one there (`out`); none where it goes straight.
+    """
+
+    into: Array
+    out: Array
+
+    def __post_init__(self) -> None:
+        for name in ("into", "out"):
+            object.__setattr__(self, name, locked(getattr(self, name), shape=(None, None), name=name))
+
+
+@dataclass(frozen=True, slots=True)
 class Solution:
     """Postures q (N, n), SI in the chain's order, of a path of N points, with 1/k_F (N,) of the bare arm.
 
     `cell_digest` and `path_digest` name what it was made from. `method` is "vjm" or "planned". `plan` says how a planned one was
-    chosen; `path` is the path that it belongs to where the planner had to put retracts into the one that it was given.
+    chosen; `path` is the path that it belongs to where the planner had to put retracts into the one that it was given. `leads`:
+    one a stretch, or none where all go straight.
     """
 
     method: str
@@ -61,6 +76,7 @@ class Solution:
     findings: tuple[Finding, ...] = field(default=())
     plan: PlanReport | None = None
     path: ToolPathInBase | None = None
+    leads: tuple[Lead, ...] = ()
 
     def __post_init__(self) -> None:
         q = locked(self.q, shape=(None, None), name="q")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase, joined_paths
 from camrob.redundancy.plan_report import ExpectedError, PlanAccuracy, PlanReport
-from camrob.redundancy.solution import Solution
+from camrob.redundancy.solution import Lead, Solution
 
 __all__ = ["Stretch", "change_values", "home_values", "joined_solutions", "started_from"]
 
@@ -71,8 +71,14 @@ def joined_solutions(cell: Cell, stretches: Sequence[Stretch]) -> tuple[ToolPath
             replace(f, point=f.point + begin if f.point >= 0 else -1) for begin, s in placed for f in s.findings
         ),
         plan=_joined_plans(path, stretches),
+        leads=tuple(lead for s in stretches for lead in (s.solution.leads or (_straight(cell),))),
     )
     return path, whole
+
+
+def _straight(cell: Cell) -> Lead:
+    none = np.zeros((0, len(cell)))
+    return Lead(none, none)
 
 
 def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanReport | None:

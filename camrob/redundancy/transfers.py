@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.errors import ToolpathError
 from camrob.kinematics.frames import base_T_tool
+from camrob.redundancy.clear_air import ClearAir
 from camrob.redundancy.free_frames import rotation_minimising
 from camrob.redundancy.path import REPEATED, TRANSIT, ToolPathInBase
 from camrob.se3 import pose
@@ -108,10 +109,14 @@ def build_path(
     whole = _without_repeats(whole, suspects[(suspects > 0) & (suspects < len(whole))])
     home = base_T_tool(cell, cell.q_home)
     starts = [home, *(changes[k] for k in sorted(changes))]
-    return ToolPathInBase(
-        base_T_tip=np.concatenate([_frames(whole.kept(whole.stretch == n), start) for n, start in enumerate(starts)]),
+    frames = np.concatenate([_frames(whole.kept(whole.stretch == n), start) for n, start in enumerate(starts)])
+    path = ToolPathInBase(
+        base_T_tip=frames,
         **{f.name: getattr(whole, f.name) for f in fields(whole) if f.name not in ("tip", "axis")},
     )
+    clear = np.array(path.safe)
+    clear[clear] = ClearAir.of(path, [] if bounds is None else [bounds]).holds(frames[clear])
+    return replace(path, clear=clear)
 
 
 def _frames(piece: _Piece, start: Array) -> Array:

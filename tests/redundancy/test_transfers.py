@@ -141,6 +141,19 @@ def test_safe_points_are_those_in_air() -> None:
     assert inside.tolist() == [False, False, False, False, False, True]  # the first is left at feed, into the part
 
 
+def test_a_posture_may_change_by_axis_values_only_high_above() -> None:
+    """Rapids 30 mm above one pocket are no place to swing the tool where another one's rapids, or the stock, lie higher."""
+    low, high = region("a", UP, 0.0, in_air=True), region("b", UP, 0.08, in_air=True)
+    path = built(low, high)
+    rapid = path.of_toolpath & path.safe
+    assert path.clear[rapid].tolist() == (path.region[rapid] == 1).tolist()
+    assert path.clear[path.safe & ~path.of_toolpath].all() and not path.clear[~path.safe].any()
+    assert built(low).clear[built(low).safe].all()
+    stock = PLACE[:3, 3] + np.array([[0.05, 0.0, 0.035]])
+    above = built(low, bounds=stock)
+    assert not above.clear[above.of_toolpath].any() and above.clear[above.safe & ~above.of_toolpath].all()
+
+
 def test_the_roll_starts_at_homes_and_is_carried_on() -> None:
     path = built(region("a", UP, 0.0), region("b", FRONT, 0.0))
     home = base_T_tool(CELL, CELL.q_home)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from camrob.checks.collision_report import CollisionReport
 from camrob.checks.collisions import check_collisions
 from camrob.jobs.files.inputs import JobInputs
+from camrob.kinematics.frames import base_T_tool
+from camrob.redundancy.clear_air import ClearAir
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.solution import Revision, Solution
-from camrob.redundancy.stretches import change_values
+from camrob.redundancy.solution import Lead, Revision, Solution
+from camrob.redundancy.stretches import change_values, home_values
 
 __all__ = ["collisions_at", "free_routes", "job_collisions", "job_obstacles"]
 
@@ -24,8 +26,8 @@ _STEP = 0.1  # rad or m between the postures of a PTP that are looked at
 
 
 def job_obstacles(inputs: JobInputs) -> Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]:
-    """`obstacles` for `resolve_planned`: at which points (N,) of a path a solution's bodies touch, its re-postures on their best
-    routes and the ways from and to HOME (or where tools are changed) included.
+    """`obstacles` for `resolve_planned`: at which points (N,) of a path a solution's bodies touch, its re-postures and the ways
+    from and to HOME (or where tools are changed) included, on the routes that are chosen.
     """
 
     def touching(path: ToolPathInBase, solution: Solution) -> NDArray[np.bool_]:
@@ -47,14 +49,11 @@ def _looked_at(
 ) -> tuple[CollisionReport, NDArray[np.int64]]:
     """The report over K postures, and the path point (K,) that each belongs to."""
     solution = free_routes(inputs, path, solution)
-    n, home = len(path), inputs.cell.q_home[None]
-    goal = home
-    if inputs.to_change:
-        last = inputs.cell.to_axis_values(np.asarray(solution.q[-1]))
-        goal = inputs.cell.to_q(change_values(inputs.cell, last))[None]
+    n, lead = len(path), solution.leads[0]
     q = [np.asarray(solution.q)]
     order = [np.arange(n, dtype=float)]
-    ways = [(-0.5, _ptp(home, solution.q[:1])), (n - 0.9, _ptp(solution.q[-1:], goal))]
+    first, last = _lead_ends(inputs, solution)
+    ways = [(-0.5, _along(first, np.asarray(lead.into))), (n - 0.9, _along(last, np.asarray(lead.out)))]
     for r in solution.revisions:
         if r.kept:  # the last posture of a re-posture is the solution's own at the point
             ways.append((r.point - 0.5, _route(r)[:-1]))
@@ -69,39 +68,65 @@ def _looked_at(
 
 
 def free_routes(inputs: JobInputs, path: ToolPathInBase, solution: Solution) -> Solution:
-    """The solution with each re-posture by axis values on the first route that touches nothing: straight, with the arm by way
-    of HOME, or with the external axes moved while it stands there; the straight one where all touch.
+    """The solution of a stretch with each way that goes by axis values on the first route that touches nothing: straight, with
+    the arm by way of HOME, with the external axes moved while it stands there, or with its shoulder drawn back before all else;
+    the straight one where all touch. Such ways are re-postures, and those from and to HOME or where tools are changed.
     """
+    air = _clear_air(inputs, path)
     revisions = []
     for r in solution.revisions:
-        if r.kept and r.by_axes:
-            r = next((other for other in _routes(inputs, r) if not _blocked(inputs, path, other)), r)
+        if r.kept and r.by_axes and path.clear[r.point]:
+            ends = np.asarray(r.q)[[0, -1]]
+            r = replace(r, q=np.insert(ends, 1, _free_vias(inputs, path, air, ends, r.point), axis=0))
         revisions.append(r)
-    return replace(solution, revisions=tuple(revisions))
+    begin, end = _lead_ends(inputs, solution)
+    lead = Lead(_free_vias(inputs, path, air, begin, 0), _free_vias(inputs, path, air, end, len(path) - 1))
+    return replace(solution, revisions=tuple(revisions), leads=(lead,))
 
 
-def _routes(inputs: JobInputs, r: Revision) -> Iterator[Revision]:
-    """Routes of a re-posture, straight first."""
-    yield r
-    cell = inputs.cell
-    ends = np.asarray(r.q)[[0, -1]]
-    middle = np.stack([0.5 * (ends[0] + ends[1]), ends[0], ends[1]])
-    middle[:, cell.arm_slice] = cell.q_home[cell.arm_slice]
-    for between in (middle[:1], middle[1:]):
-        yield replace(r, q=np.concatenate([ends[:1], between, ends[1:]]))
+def _clear_air(inputs: JobInputs, path: ToolPathInBase) -> ClearAir:
+    """What a tool in the clear lies above, of a job."""
+    base_T_part = np.asarray(inputs.setup.base_T_part)
+    bodies = [body.reshape(-1, 3) for body in (inputs.part, inputs.stock) if body is not None]
+    corners = [points @ base_T_part[:3, :3].T + base_T_part[:3, 3] for points in bodies]
+    return ClearAir.of(path, corners)
 
 
-def _blocked(inputs: JobInputs, path: ToolPathInBase, r: Revision) -> bool:
-    rows = _route(r)
-    point = np.full(len(rows), r.point)
+def _lead_ends(inputs: JobInputs, solution: Solution) -> tuple[Array, Array]:
+    """Where the ways to and from a stretch begin and end (2, n): HOME, or where tools are changed."""
+    cell, q = inputs.cell, np.asarray(solution.q)
+    last = cell.to_axis_values(q[-1])
+    goal = cell.to_q(change_values(cell, last) if inputs.to_change else home_values(cell, last))
+    return np.stack([cell.q_home, q[0]]), np.stack([q[-1], goal])
+
+
+def _free_vias(inputs: JobInputs, path: ToolPathInBase, air: ClearAir, ends: Array, point: int) -> Array:
+    """Postures (K, n) by which PTP gets from one of `ends` (2, n) to the other and touches nothing; none for straight."""
+    cell, none, shoulder = inputs.cell, ends[:0], inputs.cell.arm_slice.start + 1
+    middle, folded, raised = 0.5 * (ends[:1] + ends[1:]), ends.copy(), ends.copy()
+    middle[:, cell.arm_slice] = folded[:, cell.arm_slice] = cell.q_home[cell.arm_slice]
+    raised[:, shoulder] = cell.q_home[shoulder]
+    for vias in (none, middle, folded, np.stack([raised[0], *folded, raised[1]])):
+        vias = vias[np.abs(vias[:, None] - ends).max(axis=2, initial=0.0).min(axis=1, initial=np.inf) > 0.0]
+        if air.holds(base_T_tool(cell, vias)).all() and not _blocked(inputs, path, _along(ends, vias), point):
+            return np.asarray(vias)
+    return none
+
+
+def _blocked(inputs: JobInputs, path: ToolPathInBase, rows: Array, at: int) -> bool:
+    point = np.full(len(rows), at)
     return bool(np.any(collisions_at(inputs, path, rows, point, np.zeros(len(rows), np.bool_)).hit))
 
 
 def _route(r: Revision) -> Array:
     """The postures that a re-posture passes."""
     q = np.asarray(r.q)
-    if not r.by_axes:
-        return q
+    return _along(q[[0, -1]], q[1:-1]) if r.by_axes else q
+
+
+def _along(ends: Array, vias: Array) -> Array:
+    """Postures (K, n) along the PTP from one of `ends` (2, n) by way of `vias` (M, n) to the other, all of these among them."""
+    q = np.insert(ends, 1, vias, axis=0)
     return np.concatenate([*(_ptp(a[None], b[None])[:-1] for a, b in pairwise(q)), q[-1:]])
 
 

@@ -9,7 +9,7 @@ the first curve are tried, those first that are nearest to the one that was take
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -45,7 +45,8 @@ _CUTS = 3  # plans that are made anew because a retract was put in
 @dataclass(frozen=True, slots=True)
 class _Found:
     """What came of a plan of a path: its solution (None where it could not be followed, and why), and what is to be forbidden,
-    postures (K, 6) of the arm at points (K,) of the path; nothing where it is fit. count: points that touch.
+    postures (K, 6) of the arm at points (K,) of the path. count: points that touch. low: points at which it goes from one posture
+    to another by axis values, the tool swung any way, with the tool not clear of the part.
     """
 
     path: ToolPathInBase
@@ -54,6 +55,12 @@ class _Found:
     q: Array
     point: NDArray[np.int64]
     count: int
+    low: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    @property
+    def fit(self) -> bool:
+        """Whether it can be followed, and nothing stands against it."""
+        return self.solution is not None and not len(self.point) and not len(self.low)
 
 
 def cleared(
@@ -65,7 +72,7 @@ def cleared(
     One that still touches is returned as it is (whoever checks it, finds it); where there is no plan, the published method's.
     Raises JobError for a point that no posture reaches, or where the published method fails too.
     """
-    path, plan = _with_cuts(task, given, _objective(task), report_share)
+    path, plan = _with_cuts(task, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
     mended = _mended(task, given, path, plan, obstacles, report_share, _ROUNDS)
@@ -90,24 +97,26 @@ def _mended(
     rounds: int,
 ) -> _Mended:
     """A plan of a path, made anew where it touches something or can't be followed, `rounds` times at most."""
-    objective, whole = _objective(task), 0
+    objective, whole, start = _objective(task), 0, given
     forbidden, lines, count = np.zeros((0, FEATURES + 2)), list[int](), 0
     for again in range(rounds + 1):
         found = _looked_at(task, path, plan, obstacles)
         report_share(0.95)
-        if found.solution is not None and not len(found.point):
+        if found.fit:
             return _Mended(plan, found, found.solution, again, whole, tuple(lines), count)
-        if again == rounds or not len(found.point):
+        if again == rounds or not len(found.point) + len(found.low):
             break
-        lines += [int(v) for v in path.line[found.point]]
-        count += found.count
+        lines += [int(v) for v in path.line[np.append(found.point, found.low)]]
+        count += found.count + len(found.low)
         forbidden = np.concatenate([forbidden, _marks(given, path, objective, found)])
-        objective = objective._replace(blocked=_placed(forbidden, given, path))
-        anew = made_anew(plan, objective)
+        objective, anew = objective._replace(blocked=_placed(forbidden, given, path)), None
+        if len(found.point):
+            anew = made_anew(plan, objective)
+        else:  # nothing else stands against it
+            start = with_retracts(path, found.low, CLEARANCE)
         if anew is None:
             whole += 1
-            objective = objective._replace(blocked=forbidden)
-            path, anew = _with_cuts(task, given, objective, report_share, forbidden)
+            path, anew = _with_cuts(task, given, start, objective, report_share, forbidden)
         if anew is None:
             break
         plan = anew
@@ -132,7 +141,7 @@ def _cheapest(
         if not loses_nothing(run(path, plan_solution(task, path, plan, followed)), as_it_is):
             continue
         new = _mended(task, given, path, plan, obstacles, report_share, _BETTER_ROUNDS)
-        if new.solution is None or new.whole:
+        if new.solution is None or new.whole or _retracted_for_nothing(path, new.solution):
             continue
         cheaper = whole_price(new.plan, new.plan.taken) < whole_price(knee.plan, knee.plan.taken)
         if cheaper and (not new.again or loses_nothing(run(path, new.solution), as_it_is)):
@@ -162,16 +171,17 @@ class _Mended:
 
 
 def _with_cuts(
-    task: Task, given: ToolPathInBase, objective: Objective, report_share: Share, forbidden: Array | None = None
+    task: Task, given: ToolPathInBase, path: ToolPathInBase, objective: Objective, report_share: Share, forbidden: Array
 ) -> tuple[ToolPathInBase, Plan | None]:
-    """The plan of a path, and the path with the retracts that it needs; no plan where nothing leads through."""
-    path, plan = given, make_plan(task, given, objective, report_share)
-    for _cut in range(_CUTS):
-        if isinstance(plan, np.ndarray):
-            path = with_retracts(path, plan, CLEARANCE)
-            if forbidden is not None:
-                objective = objective._replace(blocked=_placed(forbidden, given, path))
-            plan = make_plan(task, path, objective, report_share)
+    """The plan of a path, the given one or one with retracts in it, and the path with those that it still needs; no plan where
+    nothing leads through. forbidden: rows (K, 9) by places of the given path.
+    """
+    plan: Plan | NDArray[np.int64] | None = None
+    for cut in range(_CUTS + 1):
+        if cut and not isinstance(plan, np.ndarray):
+            break
+        path = with_retracts(path, plan, CLEARANCE) if isinstance(plan, np.ndarray) else path
+        plan = make_plan(task, path, objective._replace(blocked=_placed(forbidden, given, path)), report_share)
     return path, plan if isinstance(plan, Plan) else None
 
 
@@ -186,9 +196,12 @@ def _looked_at(task: Task, path: ToolPathInBase, plan: Plan, obstacles: Obstacle
         k = int(np.argmin(np.abs(w.s[draft.index] - w.place[followed.stuck])))
         return _Found(path, None, followed.why, draft.q[k : k + 1], np.array([followed.stuck]), 1)
     solution = plan_solution(task, path, plan, followed)
+    low = np.array([r.point for r in solution.revisions if r.by_axes and not path.clear[r.point]], np.int64)
     hit = none if obstacles is None else np.flatnonzero(obstacles(path, solution))
+    hit = hit[~np.isin(hit, low)]  # what is touched on the way of one that has to go is no reason to forbid its ends
     points = np.unique(np.concatenate([hit, np.maximum(hit - 1, 0)]))
-    return _Found(path, solution, None, np.asarray(solution.q)[points][:, task.cell.arm_slice], points, len(hit))
+    q = np.asarray(solution.q)[points][:, task.cell.arm_slice]
+    return _Found(path, solution, None, q, points, len(hit), low)
 
 
 def _marks(given: ToolPathInBase, path: ToolPathInBase, objective: Objective, found: _Found) -> Array:
@@ -228,8 +241,11 @@ def _reported(
     if rounds:
         named = sorted({line for line in lines if line > 0})
         where = f" (from line {named[0]} to {named[-1]})" if named else ""
-        how = "there, the rest of it stands" if not whole else f"{whole} times as a whole, as nothing led through there"
-        text = f"the plan touched something or could not be followed at {count} points{where}: made anew {how}"
+        how = (
+            "there, the rest of it stands" if not whole else f"{whole} times as a whole, where nothing else led through"
+        )
+        what = "touched something, changed posture too near the part or could not be followed"
+        text = f"the plan {what} at {count} points{where}: made anew {how}"
         findings.append(Finding("plan-mended", text, Severity.INFO, line=named[0] if named else 0, count=rounds))
     if path is not given:
         findings += _retracts(path, solution)
@@ -257,7 +273,7 @@ def _another(
             f"in place of {plan.taken.name}, which touches something or can't be followed, also where it was made anew"
         )
         other = _looked_at(task, path, replace(plan, choice=Choice(k, rule)), obstacles)
-        if other.solution is not None and not len(other.point):
+        if other.solution is not None and other.fit:
             return _reported(given, other, other.solution)
         found = other if found.solution is None else found
     if found.solution is None:
@@ -271,7 +287,6 @@ def _another(
 def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
     """A finding for each retract that was put in, with its reason."""
     why = {r.point: r.reason for r in solution.revisions if r.kept}
-    own = np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
     return [
         Finding(
             "retract-inserted",
@@ -282,8 +297,18 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
             region=int(path.region[k]),
             point=int(k),
         )
-        for k in own
+        for k in _tops(path)
     ]
+
+
+def _tops(path: ToolPathInBase) -> NDArray[np.int64]:
+    """The points above of the retracts that were put into a path."""
+    return np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
+
+
+def _retracted_for_nothing(path: ToolPathInBase, solution: Solution) -> bool:
+    """Whether a path has retracts that a solution doesn't need."""
+    return bool(np.any(~np.isin(_tops(path), [r.point for r in solution.revisions if r.kept])))
 
 
 def published(cell: Cell, path: ToolPathInBase, why: str, report_share: Share) -> Solution:
