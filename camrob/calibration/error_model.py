@@ -22,7 +22,7 @@ from camrob.calibration.error_kernel import (
 from camrob.calibration.terms import ErrorTerm, TermKind, term_of
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
-from camrob.cell.segments import world_T_floor
+from camrob.cell.world import world_T_floor
 from camrob.dynamics.gravity import GravityArrays, gravity_arrays, gravity_stiffness, gravity_torques
 from camrob.errors import LogError
 from camrob.se3 import inverse, left_jacobian, rotation_exp

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.cell.segments import segments
 from camrob.cell.status_turn import StatusTurn
+from camrob.cell.world import segments
 from camrob.errors import CellError
 from camrob.se3 import abc_to_rotation, angle_between
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint
 from camrob.cell.load import PointMass
-from camrob.cell.segments import segments
+from camrob.cell.world import segments
 from camrob.se3 import rotation_to_abc
 
 __all__ = ["cell_urdf"]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
-from camrob.cell.segments import world_T_floor
 from camrob.cell.urdf import cell_urdf
+from camrob.cell.world import world_T_floor
 from camrob.compiled import kernel, part
 from camrob.frame_steps import compose, move_joint
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
-from camrob.cell.segments import world_T_floor
+from camrob.cell.world import world_T_floor
 from camrob.dynamics.gravity import GRAVITY
 from camrob.dynamics.torques import JointTorques
 

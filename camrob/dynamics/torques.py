@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.load import PointMass
-from camrob.cell.segments import world_T_floor
+from camrob.cell.world import world_T_floor
 
 __all__ = ["STANDARD_GRAVITY", "JointTorques", "joint_torques"]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.cell.segments import segments
+from camrob.cell.world import segments
 
 __all__ = ["BatchedKinematics"]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.segments import segments
+from camrob.cell.world import segments
 
 __all__ = ["pinocchio_poses"]
 

@@ -11,7 +11,7 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.terms import parameter_of, standard_names
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
-from camrob.cell.segments import world_T_floor
+from camrob.cell.world import world_T_floor
 from camrob.dynamics.gravity import gravity_arrays, gravity_stiffness, gravity_torques, pinocchio_torques
 from camrob.errors import LogError
 from camrob.kinematics.frames import base_T_tool, world_T_base

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.calibration.terms import PARTS, ErrorTerm, TermKind
 from camrob.cell.cell import Cell
-from camrob.cell.segments import world_T_floor
+from camrob.cell.world import world_T_floor
 from camrob.redundancy.accuracy.posture_errors import ARM_AXES, PLACES
 
 __all__ = ["ChainConstants", "chain_constants", "reduced_root"]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.segments import world_T_floor
+from camrob.cell.world import world_T_floor
 from camrob.compiled import part
 from camrob.dynamics.gravity import GravityArrays
 from camrob.frame_steps import compose, move_joint

@@ -1,4 +1,6 @@
-"""A cell's chain as links joined by joints, for programs that want it so (URDF, pytorch-kinematics)."""
+"""A cell's chain as links joined by joints, for programs that want it so (URDF, pytorch-kinematics), and where in `world` its
+part that stands on the floor begins.
+"""
 
 from __future__ import annotations
 
