@@ -94,6 +94,19 @@ def test_the_mutants_figures_are_those_of_the_rows() -> None:
     assert f"Of {found[0]} mutants" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
+def test_readme_sums_up_the_authors_of_cases() -> None:
+    page = (ROOT / "docs" / "explanation" / "gap.md").read_text(encoding="utf-8")
+    row = r"^\| \[\w+\].*\| (\d+) % \(\d+ of \d+\) \| (\d+) % \(\d+ of \d+\) \| (\d+) of (\d+) \|$"
+    right, wrong, sure_wrong, sure = zip(
+        *(map(int, found) for found in re.findall(row, page, re.MULTILINE)), strict=True
+    )
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert len(right) == 6 and "by six authors" in text
+    assert f"it claimed {min(right)} to {max(right)} % of the causes" in text
+    assert f"{min(wrong)} to {max(wrong)} % of all its claims were wrong" in text
+    assert f"{sum(sure_wrong)} of the {sum(sure)} that" in text
+
+
 def test_readmes_first_command_prints_what_it_shows(tmp_path, capsys, monkeypatch) -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     command = next(line for line in text.splitlines() if line.startswith(".venv/bin/camrob post "))
