@@ -21,9 +21,6 @@ from camrob.jobs.compensate import compensate
 from camrob.jobs.solving.measuring import plan_measuring
 from camrob.languages import language_named
 from camrob.languages.read_program import read_program
-from camrob.program.builder import build_program
-from camrob.program.program import ProgramEvent, ProgramEventKind
-from camrob.witness.happenings import Kind
 from camrob.witness.machine import read_machine
 from camrob.witness.programs import run_program
 
@@ -71,39 +68,6 @@ def test_the_poses_to_measure_next_are_a_program(tmp_path: Path) -> None:
     assert len(text) == 7 and not text.findings and text.wait[2:].tolist() == [text.wait[2]] * 5
     run = run_program(tmp_path / main, read_machine(CELL))
     assert not run.gaps and not run.objections and len(run) == 7
-
-
-def test_the_witness_hears_each_event_where_the_program_has_it(tmp_path: Path) -> None:
-    cell = read_cell(CELL)
-    kinds = ProgramEventKind
-    events = (
-        ProgramEvent(1, kinds.HOOK, "tool_change", 7.0),
-        ProgramEvent(2, kinds.HOOK, "spindle_on", 12000.0),
-        ProgramEvent(2, kinds.HOOK, "coolant_on"),
-        ProgramEvent(3, kinds.DWELL, value=1.25),
-        ProgramEvent(3, kinds.COMMENT, "SetDO doSpindle,0;\nSetDO doCoolant,0;"),
-        ProgramEvent(4, kinds.HOOK, "stop"),
-        ProgramEvent(5, kinds.HOOK, "coolant_off"),
-        ProgramEvent(5, kinds.HOOK, "spindle_off"),
-    )
-    values = cell.to_axis_values(np.tile(cell.q_home, (6, 1)))
-    values[1:5, 0] += np.arange(1.0, 5.0)
-    program = build_program("sample", cell, RAPID.round, kind=np.zeros(6), axis_values=values, events=events)
-    for file, data in RAPID.write(program, cell.controller, max_lines=None):
-        (tmp_path / file).write_bytes(data)
-    run = run_program(tmp_path / "sample.mod", read_machine(CELL))
-    assert not run.gaps and len(run) == 6
-    assert [(e.before, e.kind, e.value) for e in run.events] == [
-        (1, Kind.TOOL, 7.0),
-        (2, Kind.SPINDLE_ON, 12000.0),
-        (2, Kind.COOLANT_ON, 0.0),
-        (3, Kind.DWELL, 1.25),
-        (4, Kind.STOP, 0.0),
-        (5, Kind.COOLANT_OFF, 0.0),
-        (5, Kind.SPINDLE_OFF, 0.0),
-        (6, Kind.SPINDLE_OFF, 0.0),
-        (6, Kind.COOLANT_OFF, 0.0),
-    ]
 
 
 @pytest.mark.parametrize("odd", ["\r", "\x00"])

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_story import TWO_TOOLS
+from rapid_job import CELL as IRB6700
+from rapid_job import PART
 
 import camrob.controller
 import camrob.gap
@@ -52,30 +54,6 @@ tool_change = ["do change {number}"]
 stop = ["do stop"]
 footer = ["do spindle = off", "do coolant = off"]
 
-"""
-PART = """%
-G21 G90 G17
-T1 M6
-S3000 M3
-M8
-G0 X0 Y0 Z45
-G1 Z2 F300
-X20
-G2 X20 Y20 I0 J10
-G4 P1.5
-G1 X0
-M9
-G0 Z50
-T2 M6
-S4000 M3
-G0 X26 Y0
-Z5
-G1 Z2 F300
-X40
-G0 Z50
-M5
-M30
-%
 """
 
 
@@ -212,10 +190,10 @@ def test_programs_controller_gap_and_jobs_name_no_language(room) -> None:
     assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize("name", ["krl", "lines"])
+@pytest.mark.parametrize("name", ["krl", "rapid", "lines"])
 def test_the_witness_hears_each_event_where_the_program_has_it(name: str, tmp_path) -> None:
     """From the program's events to the witness's, by a text that neither shares: kinds, numbers and places."""
-    folder = KR15 if name == "krl" else cell(tmp_path)
+    folder = {"krl": KR15, "rapid": IRB6700}.get(name) or cell(tmp_path)
     machine = _cell(folder)
     language = language_named(name)
     kinds = ProgramEventKind
@@ -224,7 +202,7 @@ def test_the_witness_hears_each_event_where_the_program_has_it(name: str, tmp_pa
         ProgramEvent(2, kinds.HOOK, "spindle_on", 12000.0),
         ProgramEvent(2, kinds.HOOK, "coolant_on"),
         ProgramEvent(3, kinds.DWELL, value=1.25),
-        ProgramEvent(3, kinds.COMMENT, "do spindle on 5\n$OUT[1] = FALSE"),
+        ProgramEvent(3, kinds.COMMENT, "do spindle on 5\n$OUT[1] = FALSE\nSetDO doSpindle,0;"),
         ProgramEvent(4, kinds.HOOK, "stop"),
         ProgramEvent(5, kinds.HOOK, "coolant_off"),
         ProgramEvent(5, kinds.HOOK, "spindle_off"),
@@ -246,3 +224,4 @@ def test_the_witness_hears_each_event_where_the_program_has_it(name: str, tmp_pa
         (5, Kind.SPINDLE_OFF, 0.0),
     ]
     assert [(e.before, e.kind, e.value) for e in run.events if e.before < 6] == meant
+    assert {e.kind for e in run.events if e.before == 6} == {Kind.SPINDLE_OFF, Kind.COOLANT_OFF}  # the cell's footer
