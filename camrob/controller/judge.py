@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,39 +60,34 @@ def judge(
     if len(singular):
         row = int(singular[0])
         text = "the arm passes a singular posture (its wrist is straight, or it is stretched)"
-        findings.append(
-            Finding(
-                "singular",
-                text,
-                Severity.ERROR,
-                line=int(program.line[row]),
-                point=row,
-                value=float(replay.inv_kf[row]),
-                limit=SINGULAR_INV_KF,
-                unit="1/k_F",
-                count=len(singular),
-            )
-        )
+        value, limit = float(replay.inv_kf[row]), SINGULAR_INV_KF
+        findings.append(_error(program, row, "singular", text, len(singular), value, limit=limit, unit="1/k_F"))
     error, count, row = _second_opinion(program, replay)
     if error > POSE_TOLERANCE:
         text = "another library's kinematics does not agree with the replay"
-        findings.append(
-            Finding(
-                "second-library",
-                text,
-                Severity.ERROR,
-                line=int(program.line[row]),
-                point=row,
-                value=m_to_mm(error),
-                limit=m_to_mm(POSE_TOLERANCE),
-                unit="mm",
-            )
-        )
+        value, limit = m_to_mm(error), m_to_mm(POSE_TOLERANCE)
+        findings.append(_error(program, row, "second-library", text, 1, value, limit=limit, unit="mm"))
     if coverage is not None and feed is not None:
         findings += _speeds(program, coverage, feed)
         findings += _cuts_by_ptp(program, coverage, feed)
         findings += _table_turns(program, replay, coverage, feed)
     return Judgement(tuple(findings), error, count, len(singular), _margins(replay))
+
+
+def _error(
+    program: ProgramText,
+    row: int,
+    code: str,
+    text: str,
+    count: int,
+    value: float | None = None,
+    *,
+    limit: float | None = None,
+    unit: str = "",
+) -> Finding:
+    """What is wrong at the motion of a row, and at `count` in all."""
+    line = int(program.line[row])
+    return Finding(code, text, Severity.ERROR, line=line, point=row, value=value, limit=limit, unit=unit, count=count)
 
 
 def _limits(program: ProgramText, replay: Replay) -> list[Finding]:
@@ -108,20 +103,8 @@ def _limits(program: ProgramText, replay: Replay) -> list[Finding]:
             over = -float(margin[row, i]) * scale
             unit = "mm" if joint.prismatic else "degrees"
             text = f"{joint.name} passes its limit by up to {over:.4f} {unit}"
-            findings.append(
-                Finding(
-                    "axis-limit",
-                    text,
-                    Severity.ERROR,
-                    line=int(program.line[first]),
-                    point=first,
-                    axis=joint.name,
-                    value=over,
-                    limit=0.0,
-                    unit=unit,
-                    count=len(beyond),
-                )
-            )
+            found = _error(program, first, "axis-limit", text, len(beyond), over, limit=0.0, unit=unit)
+            findings.append(replace(found, axis=joint.name))
     return findings
 
 
@@ -157,18 +140,10 @@ def _speeds(program: ProgramText, coverage: Coverage, feed: Array) -> list[Findi
         return []
     row = int(coverage.motion[cut[bad[0]]])
     value = float(speed[bad[0]])
+    text = "a motion is faster than the programmed feed, or has no speed"
+    limit = float(feed[cut[bad[0]]])
     return [
-        Finding(
-            "speed",
-            "a motion is faster than the programmed feed, or has no speed",
-            Severity.ERROR,
-            line=int(program.line[row]),
-            point=row,
-            limit=float(feed[cut[bad[0]]]),
-            value=value if np.isfinite(value) else None,
-            unit="m/s",
-            count=len(bad),
-        )
+        _error(program, row, "speed", text, len(bad), value if np.isfinite(value) else None, limit=limit, unit="m/s")
     ]
 
 
@@ -185,8 +160,7 @@ def _table_turns(program: ProgramText, replay: Replay, coverage: Coverage, feed:
     if not len(bad):
         return []
     text = "the table turns while cutting, and this cell's base does not follow it"
-    row = int(bad[0])
-    return [Finding("table-in-cut", text, Severity.ERROR, line=int(program.line[row]), point=row, count=len(bad))]
+    return [_error(program, int(bad[0]), "table-in-cut", text, len(bad))]
 
 
 def _cuts_by_ptp(program: ProgramText, coverage: Coverage, feed: Array) -> list[Finding]:
@@ -201,17 +175,8 @@ def _cuts_by_ptp(program: ProgramText, coverage: Coverage, feed: Array) -> list[
     bad = cut[before[motion[cut] + 1] > before[np.asarray(coverage.leaves)[cut - 1] + 1]]
     if not len(bad):
         return []
-    row = int(motion[bad[0]])
-    return [
-        Finding(
-            "ptp-cuts",
-            "a PTP leads through a cut; only LIN and CIRC keep to the line",
-            Severity.ERROR,
-            line=int(program.line[row]),
-            point=row,
-            count=len(bad),
-        )
-    ]
+    text = "a PTP leads through a cut; only LIN and CIRC keep to the line"
+    return [_error(program, int(motion[bad[0]]), "ptp-cuts", text, len(bad))]
 
 
 def _margins(replay: Replay) -> dict[str, float | None]:
