@@ -23,7 +23,6 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
         (rb"\A\s*/JOB\b", "a Yaskawa job", _PROGRAM),
         (rb"\A\s*/PROG\b", "a FANUC robot program", _PROGRAM),
         (rb"\A\s*%\S+[ \t]+G7[01][ \t]*\*", "a program in Heidenhain's DIN/ISO", _KLARTEXT),
-        (rb"\A\s*\$[\w.-]+\.MIN%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G15[ \t]*H\d", "a program for Okuma's OSP control", _OTHER),
         (
             rb"\A\s*%PM\d*[ \t]*\r?$|^[ \t]*N\d+[ \t]+G7[ \t][^\n(]*\b[ABC][56]=",
             "a program for Heidenhain's MillPlus",

@@ -21,8 +21,6 @@ FILES = {
     "saved.cls": ("<!DOCTYPE html>\n<html><body>TOOL PATH/A</body></html>\n", "HTML"),
     "part.apt": ("PARTNO X\nP1=POINT/0,0,0\nL1 = LINE/P1,ATANGL,30\nFROM/P1\nTLLFT,GOLFT/L1\nFINI\n", "APT source"),
     "part.i": ("%PART G71 *\nN10 G30 G17 X+0 Y+0 Z-20*\nN40 G00 G40 G90 Z+50 M3*\n", "DIN/ISO"),
-    "part.min": ("$PART.MIN%\nO1000\nN2 G90 G17 G40 G80\nG0 X0 Y0\n", "Okuma"),
-    "bare.min": ("O1000\nG90 G17\nG15 H1\nG56 Z50. H1\nG1 Z0 F100\n", "Okuma"),
     "part.pm": ("%PM9001\nN9001\nN1 G17 T1 M6\nN5 G7 B5=15 L1=1\n", "MillPlus"),
     "headed.pm": ("%PM\nN9001 (PART)\nN1 G17 T1 M6\nN8 G2 X50 Y10 I40 J10\n", "MillPlus"),
     "bare.pm": ("N9001\nN1 G17 T1 M6\nN5 G7 B5=15 L1=1\n", "MillPlus"),

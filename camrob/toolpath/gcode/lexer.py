@@ -12,6 +12,7 @@ from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 
 __all__ = [
+    "ACCURACY",
     "POLAR_WORDS",
     "Block",
     "Plane",
@@ -33,6 +34,8 @@ _BLOCK = re.compile(rf"(?:[A-Z][ \t]*+{_NUMBER}[ \t]*+)*+")
 _WORD = re.compile(r"([A-Z])([-+.0-9]+)")
 _COMMENT = re.compile(r"\(([^()]*+)\)|;(.*)")
 _CORNER = re.compile(r",[ \t]*([RC])[ \t]*([0-9]++\.?[0-9]*+|\.[0-9]++)")
+ACCURACY = re.compile(r"(?<=G61\.1)[ \t]*,[ \t]*K[ \t]*[0-9]++\.?+[0-9]*+")
+"""How much Mazak slows at corners, a percentage behind G61.1."""
 _NEWLINE = re.compile(r"\r\n|\n|\r")
 _NAME = re.compile(r":[0-9]{1,8}|O?<[A-Z0-9_.+-]*>")
 _LABEL = re.compile(r"N[0-9]++[ \t]*+")
@@ -185,6 +188,8 @@ def block_of(text: str, line: int) -> Block:
 
 def without_corner(bare: str) -> tuple[str, Corner | None]:
     """A block without Fanuc's ,R or ,C, and the corner that these ask for."""
+    if "," in bare:
+        bare = ACCURACY.sub("", bare)
     match = _CORNER.search(bare) if "," in bare else None
     if match is None:
         return bare, None

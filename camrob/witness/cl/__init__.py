@@ -12,6 +12,7 @@ from camrob.witness.cl.apt import AptReader
 from camrob.witness.cl.foreign.autodesk import CONTOURS, FUSION, MORI, TRUEPATH
 from camrob.witness.cl.foreign.foreign_words import ForeignReader
 from camrob.witness.cl.foreign.klartext import KlartextReader
+from camrob.witness.cl.foreign.osp import OSP, OspReader
 from camrob.witness.cl.foreign.sinumerik import SinumerikReader
 from camrob.witness.cl.gcode import GcodeReader
 from camrob.witness.cl.offsets import Offsets
@@ -42,6 +43,7 @@ _MARKS = (
 )
 _OTHERS = (
     (KlartextReader, re.compile(r"^[ \t]*(N?\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
+    (OspReader, OSP),
     (
         SinumerikReader,
         re.compile(

@@ -15,6 +15,7 @@ ASIDE = "G101: not known"  # what stands in the gap of a mirror that is none of 
 SKIPPED = frozenset(
     "9 15 17.1 28.1 30.1 40 41 42 43.1 50 50.1 61 61.1 61.2 61.3 64 69 80 92.1 92.2 97 22 23 25 26 62 103 187 255".split()
 )  # G codes by which nothing moves, or which end what hides motions
+_SLOWING = re.compile(r"(G61\.1),K\d+\.?\d*")  # Mazak, at corners, per cent
 _CORNER = re.compile(r",([RC])(\d+\.?\d*|\.\d+)")
 _LOOK_AHEAD = {"5": "P", "5.1": "Q", "8": "P"}  # Fanuc's: how fast the path is run; X0 Y0 Z0 names the axes
 _HAAS = {"101": "51.1", "100": "50.1"}  # mirrored at the work zero
@@ -89,6 +90,7 @@ def plain_words(pairs: Pairs) -> tuple[Pairs, float | None]:
 
 def corner_of(block: str, scale: float) -> tuple[str, Wanted | None]:
     """A block without Fanuc's ,R or ,C (a chamfer's sides), and what they ask for. scale: metres in one of its units."""
+    block = _SLOWING.sub(r"\1", block)
     found = _CORNER.search(block)
     if not found or not float(found[2]):
         return _CORNER.sub("", block, count=1), None

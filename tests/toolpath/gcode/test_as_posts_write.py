@@ -44,6 +44,14 @@ def test_a_change_straight_out_of_a_cut(tmp_path: Path, then: str) -> None:
     assert found[:, :3] == pytest.approx(np.array([[0, 0, -1], [10, 0, -1], [0, 5, -2], [10, 5, -2]]))
 
 
+def test_mazak_says_how_much_it_slows_at_corners(tmp_path: Path) -> None:
+    """A percentage behind G61.1 moves nothing, and is no coordinate without a point."""
+    found = cuts(
+        tmp_path, "a.eia", "O10\n" + ISO.replace("G54 ", "G54\nG61.1,K20\n") + "G61.1 , K 5.\nY5.\nG0 Z20.\nM30\n"
+    )
+    np.testing.assert_allclose(found[:, :3], [[0, 0, -1], [10, 0, -1], [10, 5, -1]], atol=1e-9)
+
+
 def test_no_cut_goes_on_from_where_the_change_left_the_tool(tmp_path: Path) -> None:
     (tmp_path / "a.nc").write_text(ISO + "T2 M6\nS6000 M3\nG1 X0. F80.\nM30\n", encoding="utf-8")
     with pytest.raises(ToolpathError, match="Z has no known value"):

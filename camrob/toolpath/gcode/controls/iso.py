@@ -9,9 +9,9 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control, State
 from camrob.toolpath.gcode.controls.fanuc_macro import INCREMENT, SUBPROGRAMS, run_macro
-from camrob.toolpath.gcode.lexer import Block, lex, strip_comments
+from camrob.toolpath.gcode.lexer import ACCURACY, Block, lex, strip_comments
 
-__all__ = ["ISO"]
+__all__ = ["ISO", "check_points"]
 
 _POINTED = re.compile(r"[XYZIJKR][ \t]*[-+]?[0-9]+\.(?![0-9])")
 _UNPOINTED = re.compile(r"(?<![A-Z#\[])([XYZABCIJK])[ \t]*([-+]?[0-9]*[1-9][0-9]*)(?![0-9.\]])")
@@ -22,17 +22,18 @@ _PROGRAM = re.compile(r"^[ \t]*[O:][0-9]{1,8}\b", re.M)
 
 def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
     """The blocks of a program; it is run where it computes or calls, and only read where it does not."""
-    _check_points(lines, path)
+    check_points(lines, path, "Fanuc's controls take it for {:g}")
     bare = "\n".join(line for line in lines if not line.lstrip().startswith((";", "(")))
     if SUBPROGRAMS.search(bare):
         return run_macro(lines, path, state)
     return lex(lines, path)
 
 
-def _check_points(lines: list[str], path: Path) -> None:
+def check_points(lines: list[str], path: Path, whose: str) -> None:
     """Refuse a coordinate without decimal point among others that end in one: Fanuc counts it in thousandths.
 
-    A program that never ends a number in a bare point is of a control that reads 10 as ten. Raises ToolpathError.
+    A program that never ends a number in a bare point is of a control that reads 10 as ten. whose: who takes it for what.
+    Raises ToolpathError.
     """
     text = "\n".join(lines).upper()
     if not (_PROGRAM.search(text) and _POINTED.search(text)):
@@ -43,14 +44,14 @@ def _check_points(lines: list[str], path: Path) -> None:
                 raw = strip_comments(raw)[0]
             except ToolpathError:  # said where the line is read
                 continue
-        upper = raw.upper()
+        upper = ACCURACY.sub("", raw.upper())
         if "G" in upper and re.search(r"G0*(?:65|66|4|10|5|05)(?![0-9])", upper):
             continue
         match = _UNPOINTED.search(_COUNTED.sub("", upper) if _CYCLE.search(upper) else upper)
         if match:
             raise ToolpathError(
-                f"{match[1]}{match[2]} has no decimal point, and other coordinates end in one:"
-                f" Fanuc's controls take it for {float(match[2]) * INCREMENT:g}",
+                f"{match[1]}{match[2]} has no decimal point, and other coordinates end in one: "
+                + whose.format(float(match[2]) * INCREMENT),
                 hint=f"write {match[1]}{match[2]}. where it is meant whole",
                 path=path,
                 line=number,

@@ -6,11 +6,12 @@ from camrob.toolpath.gcode.controls.control import Control
 from camrob.toolpath.gcode.controls.heidenhain import HEIDENHAIN
 from camrob.toolpath.gcode.controls.iso import ISO
 from camrob.toolpath.gcode.controls.linuxcnc import LINUXCNC
+from camrob.toolpath.gcode.controls.okuma import OKUMA
 from camrob.toolpath.gcode.controls.siemens import SIEMENS
 
 __all__ = ["CONTROLS", "choose_control"]
 
-CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, SIEMENS, HEIDENHAIN)}
+CONTROLS: dict[str, Control] = {c.name: c for c in (ISO, LINUXCNC, OKUMA, SIEMENS, HEIDENHAIN)}
 _BY_NAME = 2  # above ISO's 1, below the words that another control has for itself
 
 

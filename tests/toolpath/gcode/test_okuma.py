@@ -1,0 +1,94 @@
+"""Okuma's OSP by the rules of its programming manual: paths worked out by hand, in both readings, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camrob.errors import ToolpathError
+from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import Move
+from camrob.witness.cl import read_story
+
+HEAD = (
+    "$PART.MIN%\nO1234\n(ROUGH)\nG15 H1\nG17 G90 G94 G40 G80 G21\nT5 M6\nG0 Z300\nG56 H5 Z50\nS8000 M3\nM8\nG0 X50 Y0\n"
+)
+TAIL = "G0 Z50\nM9\nM5\nG53\nG30 P1\nM2\n"
+
+
+def cuts(folder: Path, body: str, name: str = "part.min", head: str = HEAD) -> np.ndarray:
+    """Tips of cuts, mm, in camrob's reading; the witness reads all of the program, too (`conftest` holds it to camrob's)."""
+    file = folder / name
+    file.write_text(head + body + TAIL)
+    path = read_toolpath(file, chord_tolerance=1e-6)
+    assert read_story(file).complete
+    return np.concatenate([r.position[r.move == Move.CUT] for r in path.regions]) * 1e3
+
+
+@pytest.mark.parametrize("name", ["part.min", "part.nc"])
+def test_a_program_of_osp(tmp_path: Path, name: str) -> None:
+    """G2 from (50, 0) round (50, 10) clockwise: by (40, 10) and (50, 20) to (60, 10), three quarters of a circle."""
+    found = cuts(tmp_path, "G1 Z-1 F500\nG2 X60 Y10 I0 J10\nG91 G1 X5 Z-1\nG90 G3 X65 Y20 R5\n", name)
+    np.testing.assert_allclose(found[[0, -1]], [[50, 0, -1], [65, 20, -2]], atol=1e-6)
+    arc = found[(found[:, 2] == -1.0)]
+    angle = np.unwrap(np.arctan2(arc[:, 1] - 10.0, arc[:, 0] - 50.0))
+    assert angle[-1] - angle[0] == pytest.approx(-1.5 * math.pi)
+    np.testing.assert_allclose(np.hypot(arc[:, 0] - 50.0, arc[:, 1] - 10.0), 10.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("length", ["G56 H5 Z50", "G56 HA Z50", "G56 HA\nZ50"])
+def test_the_tools_length(tmp_path: Path, length: str) -> None:
+    found = cuts(tmp_path, "G1 Z-1 F500\nX60\n", head=HEAD.replace("G56 H5 Z50", length))
+    np.testing.assert_allclose(found, [[50, 0, -1], [60, 0, -1]], atol=1e-9)
+
+
+def test_the_name_alone_says_whose_it_is(tmp_path: Path) -> None:
+    cuts(tmp_path, "G1 Z-1 F500\nX60\n", head=HEAD.replace("G15 H1\n", ""))
+
+
+@pytest.mark.parametrize(
+    ("body", "match"),
+    [
+        ("G71 Z50\nG81 X5 Y5 Z-5 R2 F100 M53\n", "G71, a drilling cycle of OSP, which returns as G71"),
+        ("G81 X5 Y5 Z-5 R2 F100\n", "G81, a drilling cycle of OSP"),
+        ("G54 H2\n", "a tool's length along another axis"),
+        ("G1 Z-1 F500\nG15 H2\nG1 X5\n", "several work offsets"),
+        ("G1 Z-1 F500\nG53\nG1 X5\n", "a cut without the tool's length"),
+        ("G1 Z-1 F500\nG56 H6\nG1 X5\n", "behind cuts of the same tool with H5"),
+        ("G53 Z0\n", "G53 with axes"),
+        ("G15\n", "G15 without an H"),
+        ("G56 Z20\n", "G56 without an H"),
+        ("G56 H0\n", "G56 without an H, or with H0"),
+        ("G16 H0 Z0\n", "G16 of OSP"),
+        ("G11 X10 Y0 P30\n", "G11 of OSP"),
+        ("G62 X1\n", "G62 of OSP"),
+        ("G116 T3\n", "G116 of OSP"),
+        ("G68.2 I0 J0 K0\n", "G68.2 of OSP"),
+        ("G4 F2\n", "G4 of OSP"),
+        ("G169 HA=1 HB=2\n", "G169 .OSP's tool centre point"),
+        ("VC1=3\n", "variables, calls, jumps"),
+        ("G1 X=VC1*10 F100\n", "variables, calls, jumps"),
+        ("CALL OSUB\n", "variables, calls, jumps"),
+        ("NAB1\n", "variables, calls, jumps"),
+        ("IF [VC2 LT 20] NAB1\n", "variables, calls, jumps"),
+        ("M13\n", "M13 of OSP"),
+    ],
+)
+def test_what_is_osps_own_is_refused(tmp_path: Path, body: str, match: str) -> None:
+    file = tmp_path / "part.min"
+    file.write_text(HEAD + body + TAIL)
+    line = HEAD.count("\n") + body.count("\n")
+    with pytest.raises(ToolpathError, match=match) as caught:
+        read_toolpath(file)
+    assert HEAD.count("\n") < caught.value.line <= line
+    assert not read_story(file).complete
+
+
+def test_whole_numbers_beside_pointed_ones_are_asked_about(tmp_path: Path) -> None:
+    file = tmp_path / "part.min"
+    file.write_text(HEAD + "G1 X10. Y5 F100\n" + TAIL)
+    with pytest.raises(ToolpathError, match=r"OSP takes it for 0\.3 where"):
+        read_toolpath(file)
