@@ -122,3 +122,29 @@ def test_corners_are_rounded_again_behind_initmov(tmp_path: Path) -> None:
 def test_a_whole_number_that_is_too_large_is_no_traceback(tmp_path: Path) -> None:
     path = written(tmp_path, "LIN {X 99999999999999999999," + FRAME + "}")
     assert "unreachable" in [objection.code for objection in run_program(path, MACHINE).objections]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("SWITCH(i)\nCASE 1\nLIN p\nCASE 2\nLIN q\nENDSWITCH", [10]),
+        ("SWITCH i\nCASE#other\nLIN p\nCASE(1)\nLIN q\nENDSWITCH", [20]),
+        ("IF(i==1)THEN\nLIN q\nENDIF", [20]),
+        ("WHILE(i<2)\nLIN q\ni=2\nENDWHILE", [20]),
+    ],
+)
+def test_words_of_structure_need_no_blank_behind_them(tmp_path: Path, body: str, expected: list[float]) -> None:
+    """CASE#B was read as a statement of the part before it, which nobody ran, and IF$IN[1] was a traceback."""
+    path = written(tmp_path, body)
+    assert by_witness(path) == (expected, [])
+    assert read_krl(path).pose[1:, 0].round(6).tolist() == expected
+
+
+@pytest.mark.parametrize("body", ["WHILE<i 3\nENDWHILE", "SWITCH,i\nCASE 1\nLIN p\nENDSWITCH", "out_of(p))\nLIN p"])
+def test_broken_words_of_structure_are_left_open(tmp_path: Path, body: str) -> None:
+    assert by_witness(written(tmp_path, body))[1]
+
+
+def test_a_name_that_begins_as_a_word_of_structure_opens_nothing(tmp_path: Path) -> None:
+    with pytest.raises(KrlError, match="ENDIF closes nothing"):
+        by_witness(written(tmp_path, "IF$IN[1] THEN\nLIN q\nENDIF"))

@@ -63,6 +63,8 @@ def _structure(state: State, match: re.Match[str], line: Line) -> None:
     kind = ""
     for item in split_top(match["parts"]):
         *types, name = item.split(" ")
+        if len(types) > 1:
+            state.gap(line, "what it declares can't be told")
         kind = types[-1] if types else kind
         if kind == "INT":
             state.variables.whole.add(name.split("[")[0])

@@ -47,11 +47,11 @@ def hand_back(variables: Variables, given: Sequence[_Given], own: Scope) -> Iter
     """Sets the caller's variables to what the routine has made of its parameters; yields what it can't set."""
     for item in given:
         now = {name[len(item.name) :]: value for name, value in own.items() if name.split("[")[0] == item.name}
-        if not item.back or now == item.held:
+        if not item.back or (now == item.held and (item.place or item.held)):
             continue
         if not item.place or item.place.startswith("$"):
-            if item.place:
-                yield item.place
+            if item.place or not item.held:
+                yield item.place or item.name
             continue
         for behind in {*now, *item.held}:
             if behind in now:

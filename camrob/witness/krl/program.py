@@ -18,7 +18,8 @@ __all__ = ["Block", "Module", "Node", "Routine", "Rows", "beside", "data_lines",
 _HEAD = re.compile(
     r"(?:GLOBAL )?(?:DEF|DEFFCT (?P<type>[A-Z0-9_\[\]]+)) (?P<name>[A-Z_$][A-Z0-9_$]*) ?\((?P<inputs>.*)\)"
 )
-_OPENS = re.compile(r"(IF|WHILE|SWITCH)\b(?! ?[=.\[])|(FOR|REPEAT|LOOP|SPLINE)\b(?! ?[=.\[(])")
+_WORD = re.compile(r"[A-Z_$][A-Z0-9_$]*")
+_OPENS = re.compile(r"(IF|WHILE|SWITCH)\b(?!\$| ?[=.\[])|(FOR|REPEAT|LOOP|SPLINE)\b(?!\$| ?[=.\[(])")
 _ENDS = {"IF": "ENDIF", "FOR": "ENDFOR", "WHILE": "ENDWHILE", "REPEAT": "UNTIL", "LOOP": "ENDLOOP"}
 _ENDS |= {"SWITCH": "ENDSWITCH", "SPLINE": "ENDSPLINE"}
 _PARTS = {"IF": ("ELSE",), "SWITCH": ("CASE", "DEFAULT")}
@@ -135,7 +136,7 @@ class _Builder:
 
     def take(self, line: Line) -> None:
         """One statement."""
-        word = line.code.split(" ", 1)[0].split("(")[0]
+        word = begin[0] if (begin := _WORD.match(line.code)) else ""
         match = _HEAD.fullmatch(line.code) if word in ("DEF", "DEFFCT", "GLOBAL") else None
         if match is not None:
             self.begin(line, match)
@@ -145,14 +146,14 @@ class _Builder:
             block = self.open.pop()
             block.tail = line
             self.add(block)
-        elif self.open and word.rstrip(":") in _PARTS.get(self.open[-1].kind, ()):
+        elif self.open and word in _PARTS.get(self.open[-1].kind, ()):
             self.open[-1].parts.append((line, []))
         elif word in _ENDS.values():
             raise self.wrong(line.number, f"{word} closes nothing", "remove it, or open its block")
-        elif _OPENS.match(line.code):
+        elif opens := _OPENS.match(line.code):
             if len(self.open) >= _DEEP:
                 raise self.wrong(line.number, "blocks nest too deep", f"use {_DEEP} levels at most")
-            self.open.append(Block(word, line, [(line, [])], line))
+            self.open.append(Block(opens[1] or opens[2], line, [(line, [])], line))
         else:
             self.add(line)
 

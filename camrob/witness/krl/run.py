@@ -25,7 +25,7 @@ from camrob.witness.machine import Machine
 
 __all__ = ["run_program"]
 
-_MOST_TURNS = 50_000  # of all loops together; lists of points that a loop runs through hold some ten thousand
+_MOST_TURNS = 20_000  # of all loops together; lists of points that a loop runs through hold some ten thousand
 _MOST_JUMPS = 500  # by GOTO
 _LIBRARY = ("BAS", "IR_STOPM")  # KUKA's, whose effects are known
 _REAL = ("pose", "middle", "sweep", "axes", "speed")  # of the motions' columns, those that may be NaN
@@ -255,10 +255,8 @@ class _Runner:
     def switch(self, block: Block) -> None:
         value = self.state.variables.value(block.head.code.removeprefix("SWITCH").strip())
         for head, nodes in block.parts[1:]:
-            word, _, cases = head.code.partition(" ")
-            if word == "DEFAULT" or value in [
-                self.state.variables.value(text) for text in split_top(cases.rstrip(": "))
-            ]:
+            cases = head.code.removeprefix("CASE").strip(": ")
+            if cases == "DEFAULT" or value in [self.state.variables.value(text) for text in split_top(cases)]:
                 self.nodes(nodes)
                 return
 

@@ -130,7 +130,9 @@ def _routines(path: Path, statements: Mapping[int, str]) -> dict[str, Routine]:
             pairs = [p.partition(":") for p in parameters.split(",") if p.strip()]
             names = tuple(p[0].strip().upper().removesuffix("[]") for p in pairs)
             outputs = frozenset(n for n, p in zip(names, pairs, strict=True) if p[2].strip().upper() == "OUT")
-            unsaid = frozenset(n for n, p in zip(names, pairs, strict=True) if not p[2].strip())
+            unsaid = frozenset(
+                n for n, p in zip(names, pairs, strict=True) if p[2].strip().upper() not in ("IN", "OUT")
+            )
             routines[name] = Routine(name, start + 1, line, names, outputs, unsaid)
             open_at = None
     if open_at is not None:
