@@ -17,6 +17,7 @@ from camrob.jobs.files.cell_for import language_for
 from camrob.jobs.files.files import check_file_name
 from camrob.jobs.files.inputs import program_name
 from camrob.program.language import Language
+from camrob.shipped import shipped_cells
 
 __all__ = ["BatchJob", "read_jobs"]
 
@@ -146,6 +147,8 @@ def _job(
 
     def absolute(text: str) -> Path:
         path = base / text
+        if text == values.get("cell") and not path.exists():
+            path = shipped_cells().get(text, path)
         whole = path.parent.resolve() / path.name if path.name not in ("", "..") else path.resolve()
         shown[whole] = str(path)
         return whole

@@ -8,7 +8,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.report.diagnosis.sentences import compensable_text, sentence
+from camrob.report.diagnosis.sentences import compensable_text, plain_name, sentence
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, section, table, verdict_bar
@@ -150,7 +150,7 @@ def _turns(ledger: CloseLoopSummary) -> str:
             [
                 f"{t.turn}",
                 f"<code>{escape(t.program)}</code><br>{escape(t.made)}",
-                "<br>".join([escape(", ".join(t.found)) or "–", *links]),
+                "<br>".join([escape(", ".join(map(plain_name, t.found))) or "–", *links]),
                 *(["–"] * 3 if size is None else [number(v, 3) for v in (size.rms_mm, size.p95_mm, size.max_mm)]),
                 *(
                     "–" if v is None else f"{v:.3f}"

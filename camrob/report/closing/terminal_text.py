@@ -6,6 +6,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.diagnosis.sentences import plain_name
 from camrob.report.words import shown_text
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary
 
@@ -25,7 +26,7 @@ def render_ledger(summary: CloseLoopSummary) -> RenderableType:
             shown_text(turn.made),
             "-" if turn.predicted is None else f"{turn.predicted.rms_mm:.3f}",
             *(["-"] * 3 if size is None else [f"{v:.3f}" for v in (size.rms_mm, size.p95_mm, size.max_mm)]),
-            shown_text(", ".join(turn.found) or "-"),
+            shown_text(", ".join(map(plain_name, turn.found)) or "-"),
         )
     style = "bold" if summary.kept else "bold red"
     return Group(

@@ -66,7 +66,7 @@ def _data(chart: LineChart) -> dict[str, Any]:
         traces.append(
             {
                 "type": "scatter",
-                "mode": "lines",
+                "mode": "lines+markers" if chart.counted else "lines",  # one count alone is no line
                 "name": plot_text(curve.name),
                 "x": _short(x),
                 "y": _short(y),

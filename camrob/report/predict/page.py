@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.pack import packed_floats
-from camrob.report.page.parts import card_row, figure, section, table
+from camrob.report.page.parts import card_row, figure, section, table, verdict_bar
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictedForce, PredictSummary
 from camrob.units import m_to_mm
 
@@ -40,6 +40,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
             "<main>",
             f'<header><h1>The part that {escape(summary.program)} would cut</h1><p class="made">on the cell '
             f"<b>{escape(summary.cell)}</b>, by {known}</p></header>",
+            _verdict(summary),
             _cards(summary),
             figure(picture),
             _part(summary.part),
@@ -61,6 +62,16 @@ def _ticks(points: Array) -> list[int]:
     """How many figures stand at most along x, y and z of points (P, 3)."""
     size = np.ptp(points, axis=0)
     return [6 if part > 0.2 * size.max() else 2 for part in size.tolist()]
+
+
+def _verdict(summary: PredictSummary) -> str:
+    """What the part would be like, in two sentences."""
+    text = f"The worst is {number(summary.worst_mm, 3, 'mm')}"
+    if summary.places:
+        worst = summary.places[0]
+        how = "material is left" if worst.deviation_mm > 0.0 else "cut too deep"
+        text += f", {how} by line {worst.line} of the program; its largest cause is {escape(_words(worst.cause))}"
+    return verdict_bar("info", f"95 % of the surface within {number(summary.p95_mm, 3, 'mm')}.", f"{text}.")
 
 
 def _cards(summary: PredictSummary) -> str:
@@ -109,7 +120,7 @@ def _places(summary: PredictSummary) -> str:
         ]
         for p in summary.places
     ]
-    head = ("largest cause", "line", "error mm", "95 % mm", "of that the cause", "share", "x mm", "y", "z")
+    head = ("largest cause", "program line", "error mm", "95 % mm", "of that the cause", "share", "x mm", "y", "z")
     note = (
         "One place stands for all within 3 mm of it and a twentieth of the part. A share is that of the sizes of all causes, "
         "which may cancel each other."
@@ -140,7 +151,7 @@ def _part(part: HeldToPart | None) -> str:
         notes.append(f"{part.elsewhere:,} points of the cut have no wall of the part near.")
     if part.beyond_stock_mm > 0.0:
         notes.append(f"The part reaches {number(part.beyond_stock_mm, 2, 'mm')} out of the stock.")
-    head = ("", "line", "off the part, mm", "x mm", "y", "z")
+    head = ("", "program line", "off the part, mm", "x mm", "y", "z")
     caption = f'<p class="caption">{escape(" ".join(notes))}</p>'
     return section(f"Held to {part.mesh}", table(("", ""), rows), table(head, worst), caption)
 
