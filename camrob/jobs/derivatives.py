@@ -13,8 +13,9 @@ from camrob.calibration.calibration_file import read_calibration
 from camrob.calibration.compensate import compensate_postures
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
 from camrob.controller.replay import replay
-from camrob.errors import InputError
+from camrob.errors import InputError, SingularError
 from camrob.jobs.files.npz import read_arrays
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file, program_suffixes
@@ -80,7 +81,13 @@ def calibrated(cell: Cell, nominal: Coordinates, calibration: Path) -> Coordinat
 
 def compensated_by(cell: Cell, nominal: Coordinates, model: ErrorModel, values: Array, source: str) -> Coordinates:
     """The same poses by a robot with these errors; `source` names them. Raises SingularError."""
-    q = compensate_postures(model, values, nominal.q, base_T_tool(cell, nominal.q)).q
+    unrolled = np.array(nominal.q)
+    unrolled[:, cell.indices(Role.ROLL)] = 0.0  # virtual: no robot has it, and the model's poses don't
+    try:
+        q = compensate_postures(model, values, nominal.q, base_T_tool(cell, unrolled)).q
+    except SingularError as error:
+        what = "the pose can't be compensated: the arm is singular there; lead the path past that posture"
+        raise SingularError(what, line=int(nominal.line[int(error.value or 0.0)])) from None
     return nominal._replace(q=np.asarray(q), source=source)
 
 

@@ -14,6 +14,7 @@ from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.terms import parameter_of
 from camrob.cell.read_cell import read_cell
 from camrob.cli.app import run
+from camrob.jobs.derivatives import Coordinates, calibrated
 from camrob.kinematics.frames import base_T_tool
 from camrob.studies.straight_line import straight_line
 from camrob.timing.derivative_analysis import Interpolation, analyse_derivatives, machine_length
@@ -149,6 +150,25 @@ def test_the_terminal_shows_statements_and_the_worst_places(tmp_path, capsys):
         "unclear" in printed and "compensated, smooth interpolation: stretches past a limit at 1.00 rad/s 1;" in printed
     )
     assert "A3 acceleration 1.33 times at point 1" in printed and len(printed) < 6000
+
+
+def test_the_virtual_roll_is_not_put_into_the_arm(tmp_path):
+    """A2 that stands 1 mrad off: the corrected arm, turned on by that, has the tool where it was meant; roll or none."""
+    q = line_postures()
+    rolled = np.array(q)
+    rolled[:, -1] = np.linspace(-0.7, 0.4, len(q))
+    one = ParameterSet.of([parameter_of(CELL, "A2.zero")]).with_values(np.array([1e-3]), np.array([1e-6]))
+    figures = {"scatter_position": 0.0, "condition": 1.0, "observability": (1.0,) * 5}
+    file = tmp_path / "CALIBRATION.toml"
+    file.write_text(calibration_text(Calibration(CELL.name, robot_digest(CELL), one, **figures)), encoding="utf-8")
+    corrected = calibrated(CELL, Coordinates(rolled, np.arange(len(q)), 1e-6, "x"), file).q
+    assert np.abs(corrected - rolled).max() < 0.01 and np.array_equal(corrected[:, -1], rolled[:, -1])
+    off = []
+    for sign in (1.0, -1.0):
+        real = np.array(corrected)
+        real[:, CELL.index("A2")] += sign * 1e-3
+        off.append(np.abs(base_T_tool(CELL, real) - base_T_tool(CELL, rolled)).max())
+    assert min(off) < 1e-9 < 1e-4 < max(off)
 
 
 def test_a_calibration_compensates_the_line(tmp_path):

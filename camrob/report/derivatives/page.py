@@ -22,6 +22,11 @@ _NAMES = ("nominal", "compensated")
 _COLORS = (0, 3)  # of the palette: the two that lie farthest apart
 _FAR = 5.0  # times the curves' size: bounds beyond would flatten them
 _ZOOM = 0.015  # rad of s: as wide as the paper's last four diagrams
+_CORNERED = "linear"  # the published interpolation
+_SAMPLING = (
+    "Between points it is a straight line, so that each point is a corner: what it shows of acceleration and jerk measures how "
+    "finely the path is sampled, not the machine. Read the smooth one for that."
+)
 _LIMITS = (("speed", "q_s / v (20)"), ("acceleration", "q_ss / a (24)"), ("jerk", "q_sss / j (26)"))
 
 
@@ -146,21 +151,22 @@ def _table(kind: str, both: Sequence[DerivativeAnalysis], rate: float, place: st
     rows = []
     for k, axis in enumerate(both[0].axes):
         for quantity, key in _LIMITS:
-            cells = "".join(_cells(one, np.abs(one.constraints(rate)[key][:, k])) for one in both)
+            cells = "".join(_cells(one, np.abs(one.constraints(rate)[key][:, k]), kind) for one in both)
             rows.append(f"<tr><td>{escape(axis)}</td><td>{quantity}</td>{cells}</tr>")
     total = ", ".join(f"{which} {len(one.violations(rate)):,}" for which, one in zip(_NAMES, both, strict=False))
+    note = "" if kind != _CORNERED else f" {_SAMPLING}"
     return (
         f"<section><h2>Limits axis by axis, {escape(kind)} interpolation</h2><p>Stretches past a limit at ds/dt = {rate:g} "
-        f"rad/s: {total}. At most: times the limit, and where.</p><div class='scroll'><table><thead><tr><th>axis</th>"
+        f"rad/s: {total}. At most: times the limit, and where.{note}</p><div class='scroll'><table><thead><tr><th>axis</th>"
         f"<th>limit</th>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div></section>"
     )
 
 
-def _cells(one: DerivativeAnalysis, use: Array) -> str:
+def _cells(one: DerivativeAnalysis, use: Array, kind: str) -> str:
     worst = int(np.argmax(use))
     over = use > 1.0
     stretches = int(np.count_nonzero(over[1:] & ~over[:-1])) + int(over[0])
-    low = " low" if stretches else ""
+    low = " low" if stretches and kind != _CORNERED else ""
     line = int(one.line[worst])
     return (
         f'<td class="n{low}">{stretches}</td><td class="n{low}">{number(float(use[worst]), 3)}</td>'
