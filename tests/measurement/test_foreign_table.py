@@ -50,6 +50,13 @@ def test_radians_metres_and_milliseconds_of_a_robot_whose_stamps_count_from_1970
     assert log.position[1] == pytest.approx([0.2, 0.2, 0.3])
 
 
+def test_an_external_axis_of_a_table_in_the_formats_own_units_needs_none(tmp_path: Path) -> None:
+    log = log_of(
+        tmp_path, "t,lift,j1\n0,250,1\n1,260,2\n", "[table]\n[table.columns]\nt = 't'\nA1 = 'j1'\nE1 = 'lift'\n"
+    )
+    assert log.axes(["E1"]).tolist() == [[250.0], [260.0]]
+
+
 @pytest.mark.parametrize("kind", ["wxyz", "xyzw", "rotvec", "xyz", "abc"])
 def test_orientations_of_makers(tmp_path: Path, kind: str) -> None:
     true = Rotation.from_rotvec([0.3, -0.8, 1.1])
@@ -109,12 +116,17 @@ def test_rows_that_a_recorder_wrote_twice_count_once(tmp_path: Path) -> None:
         ("[table]\nheader = true\n", "header: is True"),
         ("[table]\nadd = { A3 = 'E1' }\n", "add: A3 = 'E1'"),
         ("[table.columns]\nq1 = 'j1'\n", "q1: is not a column of a log"),
-        ("[table.columns]\nt = 'time'\nA1 = 'jj'\n", "has no column 'time'; its header has"),
+        ("[table.columns]\nt = 'time'\nA1 = 'jj'\n", "has no column 'time'; its header has note, t"),
+        ("[table.columns]\nt = 't'\nA1 = 'xyz'\n", "has no column 'xyz'; its header has t, j1, note"),
         ("[table.columns]\nt = 1\nA1 = 9\n", "has no column 9; its first row has 3 cells"),
         ("[table.columns]\nt = 't'\nA1 = 'note'\n", "log.csv:2: A1 is 'ab'"),
         ("[table.columns]\nt = 't'\nA1 = { column = 'j1', unit = 'furlong' }\n", "A1: is not understood"),
         (
             "[table]\nangles = 'rad'\n[table.columns]\nt = 't'\nE1 = 'j1'\n",
+            "E1: whether it turns or slides is not said",
+        ),
+        (
+            "[table]\nangles = 'rad'\nlengths = 'm'\n[table.columns]\nt = 't'\nE1 = 'j1'\n",
             "E1: whether it turns or slides is not said",
         ),
         ("[table]\norientation = { as = 'wxyz', columns = ['j1'] }\n", "orientation: wxyz has 4 columns"),
