@@ -55,6 +55,9 @@ KNOWN = {
     "IF yes OR yes EXOR yes THEN\nLIN q\nENDIF\nLIN p": [20, 10],
     "IF 7 B_EXOR 5 == 2 THEN\nLIN q\nENDIF\nLIN p": [20, 10],
     "FOR i = 1 TO 2\nLIN k[i]\nENDFOR": [1, 2],
+    "p.X = 10 * ATAN2(3.0, -3.0) / 135\nLIN p": [10],
+    "LIN {X 10,Y 20,Z 0,A 90,B 0,C 0}:{X 0,Y 5,Z 500,A 90,B 180,C 0}": [5],  # a quarter about Z takes Y 5 to X -5
+    "LIN {X 10,Y 0,Z 0,A 0,B 0,C 0}:INV_POS({X 7,Y 0,Z 500,A 180,B 180,C 0})": [3],  # half a turn about X keeps X 7
 }
 OPEN = {
     "hidden()": "hides the module's r",
@@ -65,6 +68,9 @@ OPEN = {
     "IF i == TRUE THEN\nLIN q\nENDIF": "a number is no truth",
     "FOR i = 1 TO 2\nENDFOR\nLIN {X i," + FRAME + "}": "2, or 3",
     "FOR i = 1 TO 4\nLIN p\ni = i + 1\nENDFOR": "counts while it is counted",
+    "LIN p:q": "what : makes of Status, Turn and external axes isn't said",
+    "LIN p:{X 5}": "no whole frame",
+    "LIN {X ATAN2(1)," + FRAME + "}": "ATAN2 takes two",
     "LIN {X 9,V 1," + FRAME + "}": "no component of a point",
     "WHILE NOT $IN[1]\nENDWHILE\nLIN {X r / $ANIN[1]," + FRAME + "}": "waits for an input",
 }

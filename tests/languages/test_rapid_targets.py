@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from camrob.languages.rapid.reader.data import Data
+from camrob.languages.rapid.reader.data import Data, UnknownError
 from camrob.languages.rapid.reader.tokens import tokens_of
-from camrob.witness.rapid.records import Records
+from camrob.witness.rapid.records import NotSaidError, Records
 
 TARGET = "[[10,20,30],[0.5,0.5,-0.5,0.5],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 
@@ -20,3 +20,14 @@ def test_both_readers_move_a_target_alike(call: str) -> None:
     second, first = records.value(call), data.value(tokens_of(call))
     assert isinstance(first, list) and isinstance(second, list)
     np.testing.assert_allclose(np.array(first[0], float), np.array(second[0], float), atol=1e-9)
+
+
+def test_a_target_with_too_few_numbers_is_moved_nowhere() -> None:
+    """A lost comma, [[80,300],...], was a traceback of the reader."""
+    records, data, broken = Records(), Data(), TARGET.replace("[10,20,30]", "[1020,30]")
+    records.declare("ROBTARGET", "P", broken)
+    data.declare("ROBTARGET", "P", data.value(tokens_of(broken)))
+    with pytest.raises(UnknownError):
+        data.value(tokens_of("OFFS(P,1,2,3)"))
+    with pytest.raises(NotSaidError):
+        records.value("OFFS(P,1,2,3)")

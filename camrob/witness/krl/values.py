@@ -13,11 +13,9 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from camrob.witness.units import deg_to_rad, rad_to_deg
+from camrob.witness.krl.functions import FUNCTIONS, UnknownError, Value, chained
 
 __all__ = ["Scope", "UnknownError", "Value", "Variables", "split_top"]
-
-Value = bool | int | float | str | dict[str, "Value"]
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)(?![A-Z_$])"
@@ -34,16 +32,9 @@ _BINARY: tuple[dict[str, Callable[..., Value]], ...] = (
     {"AND": operator.and_, "B_AND": operator.and_},
     {"+": operator.add, "-": operator.sub},
     {"*": operator.mul, "/": operator.truediv},
+    {":": chained},
 )
 _TRUTHS, _BITS = ("OR", "EXOR", "AND"), ("B_OR", "B_EXOR", "B_AND")
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "ABS": abs,
-    "SQRT": math.sqrt,
-    "SIN": lambda x: math.sin(deg_to_rad(x)),
-    "COS": lambda x: math.cos(deg_to_rad(x)),
-    "TAN": lambda x: math.tan(deg_to_rad(x)),
-    "ACOS": lambda x: rad_to_deg(math.acos(x)),
-}
 _INDEX = re.compile(r"\[([^\[\]]*)\]")
 _PAIR = r"[A-Z][A-Z0-9_]* -?\d+(?:\.\d+)?"
 _PLAIN = re.compile(rf"\{{ ?(?:(?P<type>[A-Z][A-Z0-9_]*) ?: ?)?(?P<pairs>{_PAIR}(?: ?, ?{_PAIR})*) ?\}}")
@@ -51,10 +42,6 @@ _REALS = frozenset("X Y Z A B C A1 A2 A3 A4 A5 A6 E1 E2 E3 E4 E5 E6".split())  #
 _WHOLE_DIGITS = 10  # of a number without a point: KRL's largest INT has ten
 _LARGEST = 2**53  # beyond it a double no longer tells whole numbers apart
 _DEEP = 40  # brackets in brackets: no honest program nests deeper
-
-
-class UnknownError(Exception):
-    """What can't be known from the text, and why."""
 
 
 def split_top(text: str, mark: str = ",") -> list[str]:
@@ -264,7 +251,7 @@ class _Reader:
         kinds = [next(k for k in (bool, int, float, str, dict) if isinstance(side, k)) for side in (left, right)]
         whole = kinds == [int, int]
         numbers = all(kind in (int, float) for kind in kinds)
-        wanted = {**dict.fromkeys(_TRUTHS, kinds == [bool, bool]), **dict.fromkeys(_BITS, whole)}
+        wanted = {":": True, **dict.fromkeys(_TRUTHS, kinds == [bool, bool]), **dict.fromkeys(_BITS, whole)}
         try:
             if not wanted.get(sign, numbers or (kinds[0] == kinds[1] and sign in ("==", "<>"))):
                 raise TypeError(f"{sign} doesn't take these; comparisons stand in brackets beside AND and OR")
@@ -319,11 +306,14 @@ class _Reader:
                 raise UnknownError(f"{self.text} can't be worked out")
             return not value
         if self.kind == "sign" and self.token == "(":
-            if token not in _FUNCTIONS:
+            if token not in FUNCTIONS:
                 raise UnknownError(f"{token}() is not at hand")
-            argument = self.single()
+            count, act = FUNCTIONS[token]
+            arguments = self.arguments()
             try:
-                return _FUNCTIONS[token](argument)  # type: ignore[arg-type]
+                if len(arguments) != count:
+                    raise TypeError(f"{token} takes {count}")
+                return act(*arguments)
             except (ValueError, TypeError) as failure:
                 raise UnknownError(f"{self.text} can't be worked out ({failure})") from failure
         name = token
@@ -333,6 +323,16 @@ class _Reader:
             else:
                 name += f"[{self.index()}]"
         return self.variables.find(name)
+
+    def arguments(self) -> list[Value]:
+        """Values between brackets, which are ahead."""
+        self.expect("(")
+        values = [self.binary(0)]
+        while self.token == "," and self.kind == "sign":
+            self.step()
+            values.append(self.binary(0))
+        self.expect(")")
+        return values
 
     def index(self) -> str:
         """What stands between square brackets, as text."""

@@ -251,12 +251,15 @@ class _Expression:
             items.append(self.sum())
         self.close(")")
         target = items[0]
-        if len(items) != 4 or not isinstance(target, list) or len(target) != 4 or not isinstance(target[0], list):
+        if len(items) != 4 or not isinstance(target, list) or len(target) != 4:
+            raise UnknownError(name)
+        start = target[0]
+        if not isinstance(start, list) or len(start) != len("XYZ"):
             raise UnknownError(name)
         step = [_number(value) for value in items[1:]]
         if name == "RELTOOL":
             step = _turned(step, target[1])
-        place: list[Value | None] = [_number(a) + b for a, b in zip(target[0], step, strict=True)]
+        place: list[Value | None] = [_number(a) + b for a, b in zip(start, step, strict=True)]
         return [place, *target[1:]]
 
 
