@@ -262,8 +262,8 @@ def _another(
     obstacles: Obstacles | None,
     report_share: Share,
 ) -> Solution:
-    """The nearest other point of a curve that touches nothing; else what there is: a plan that touches, or the published method's
-    postures where no plan could be followed.
+    """The nearest other point of a curve that touches nothing; else what there is: the plan that touches least, or the published
+    method's postures where no plan could be followed.
     """
     taken = plan.choice.curve_index
     for k in sorted(range(len(plan.curve)), key=lambda k: abs(k - taken)):
@@ -275,7 +275,7 @@ def _another(
         other = _looked_at(task, path, replace(plan, choice=Choice(k, rule)), obstacles)
         if other.solution is not None and other.fit:
             return _reported(given, other, other.solution)
-        found = other if found.solution is None else found
+        found = min(found, other, key=lambda one: (one.solution is None, len(one.low), one.count))
     if found.solution is None:
         why = found.why.what if found.why is not None else ""
         if len(found.point):

@@ -174,3 +174,21 @@ def test_a_hurried_post_is_verified_and_says_its_gap_everywhere(tmp_path: Path) 
     assert expected in console.file.getvalue() and f"{plan.missed} points of the curve" in console.file.getvalue()
     assert expected in (made.out / "engraving.html").read_text()
     assert json.loads((made.out / "engraving.json").read_text())["plan"]["gap_percent"] == plan.gap_percent
+
+
+def test_of_plans_that_all_touch_the_one_that_touches_least_is_handed_on(
+    free: tuple[ToolPathInBase, Solution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The refusal names what stands in the way of the nearest to a plan, not of the last that was tried."""
+    path, _plain = free
+    touches = dict[bytes, int]()
+
+    def obstacle(there: ToolPathInBase, solution: Solution) -> np.ndarray:
+        out = np.zeros(len(there), bool)
+        count = touches.setdefault(np.asarray(solution.q).tobytes(), 9 - 4 * (len(touches) == 2) + len(touches))
+        out[FIRST : FIRST + count] = True
+        return out
+
+    monkeypatch.setattr(clearing, "_ROUNDS", 0)
+    handed_on = resolve_planned(CELL, path, obstacles=obstacle)
+    assert len(touches) > 3 and touches[np.asarray(handed_on.q).tobytes()] == min(touches.values()) == 7
