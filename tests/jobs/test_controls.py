@@ -226,3 +226,43 @@ def test_a_side_that_a_machines_table_turns_up_is_cut_where_it_lies_in_the_part(
         row = points[np.linalg.norm(points[:, :3] - tip - [0, 0, 200], axis=1).argmin()]
         assert np.linalg.norm(row[:3] - tip - [0, 0, 200]) < 0.001
         assert np.linalg.norm(Rotation.from_euler("ZYX", row[3:], degrees=True).apply([0, 0, 1]) - tool) < 1e-5
+
+
+TURNED = {
+    "a.nc": (
+        "%\nO1\nG21 G17 G90 G94 G54\nT1 M6\nS6000 M3\nG0 A0 C0\nX0 Y0\nG43 H1 Z50\nG0 A10 C20\nX5 Y-3\nZ45\nG1 Z30 F500\n"
+        "X15 Y2 A15 C30\nG91 X5 C5\nG90 G0 Z60\nA12 C33\nX10 Y0\nZ32\nG1 Z28 F300\nG0 Z80\nA0 C0\nM5\nM30\n%\n"
+    ),
+    "a.mpf": (
+        "N1 G17 G710 G90 G94 G54\nN2 T1 D1\nN3 M6\nN4 S6000 M3\nN5 TRAFOOF\nN6 G0 A0 C0\nN7 X0 Y0 Z50\nN8 A=10 C=DC(20)\n"
+        "N9 X5 Y-3\nN10 Z45\nN11 G1 Z30 F500\nN12 X15 Y2 A=15 C=30\nN13 G91 X5 C=IC(5)\nN14 G90 G0 Z60\nN15 A12 C33\n"
+        "N16 X10 Y0\nN17 Z32\nN18 G1 Z28 F300\nN19 G0 Z80\nN20 A0 C0\nN21 M5\nN22 M30\n"
+    ),
+    "a.h": (
+        "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S6000\n2 M129\n3 L Z+80 R0 FMAX M3\n4 L A+0 C+0 FMAX\n5 L X+0 Y+0 FMAX\n"
+        "6 L Z+50 FMAX\n7 L A+10 C+20 FMAX\n8 L X+5 Y-3 FMAX\n9 L Z+45 FMAX\n10 L Z+30 F500\n11 L X+15 Y+2 A+15 C+30\n"
+        "12 L IX+5 IC+5\n13 L Z+60 FMAX\n14 L A+12 C+33 FMAX\n15 L X+10 Y+0 FMAX\n16 L Z+32 FMAX\n17 L Z+28 F300\n"
+        "18 L Z+80 FMAX\n19 L A+0 C+0 FMAX\n20 M5\n21 M30\n22 END PGM A MM\n"
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TURNED)
+def test_a_small_turn_in_rapid_low_above_the_part_is_the_robots_own_way(tmp_path: Path, name: str) -> None:
+    """The machine's axes of three controls: the tip swings on a way of the machine's between two places that it names."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "mill.toml").write_text(
+        'feed = "linear"\n[[table]]\nword = "A"\ndirection = [-1, 0, 0]\npoint_mm = [0, 0, -120]\n'
+        '[[table]]\nword = "C"\ndirection = [0, 0, -1]\npoint_mm = [0, 0, 0]\n'
+    )
+    made = posted(tmp_path, name, TURNED[name], setup='machine = "mill.toml"\n' + PLACE)
+    assert "verified-in-part" not in {f.code for f in made.findings}
+    points = np.array([row.groups() for row in POINT.finditer(text_of(made))], float)
+    ends = ((10, 20, (5, -3, 30)), (15, 30, (15, 2, 30)), (15, 35, (20, 2, 30)), (12, 33, (10, 0, 28)))
+    for a, c, xyz in ends:
+        about_a, about_c = (Rotation.from_euler(axis, v, degrees=True) for axis, v in (("x", a), ("z", c)))
+        tip = about_c.apply(about_a.apply(np.add(xyz, (0, 0, 120))) - [0, 0, 120])
+        tool = about_c.apply(about_a.apply([0, 0, 1]))
+        row = points[np.linalg.norm(points[:, :3] - tip - [0, 0, 200], axis=1).argmin()]
+        assert np.linalg.norm(row[:3] - tip - [0, 0, 200]) < 0.001
+        assert np.linalg.norm(Rotation.from_euler("ZYX", row[3:], degrees=True).apply([0, 0, 1]) - tool) < 1e-5

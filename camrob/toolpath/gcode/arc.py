@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.errors import ToolpathError
 from camrob.units import m_to_mm
 
-__all__ = ["circle"]
+__all__ = ["circle", "refuse_second_circle"]
 
 _PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}  # first and second coordinate, normal: right-handed
 _OFFSETS = "IJK"
@@ -60,6 +60,27 @@ def circle(
             hint="check whether I, J, K are incremental (G91.1) or absolute (G90.1), and the arc's plane",
         )
     return center, -normal if clockwise else normal, _turns(words)
+
+
+def refuse_second_circle(
+    words: dict[str, float],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    center: NDArray[np.float64],
+    plane: int,
+    scale: float,
+) -> None:
+    """Raises ToolpathError where I, J, K counted from the program's zero make a circle, too, another than about `center`."""
+    first, second, _ = _PLANES[plane]
+    other = [words.get(_OFFSETS[i], 0.0) * scale for i in (first, second)]
+    radii = [math.hypot(p[first] - other[0], p[second] - other[1]) for p in (start, end)]
+    apart = math.hypot(center[first] - other[0], center[second] - other[1])
+    if apart > _ROUNDING and min(radii) > _ROUNDING and abs(radii[0] - radii[1]) < _ROUNDING + _MOST_SLACK:
+        raise ToolpathError(
+            "an arc that I, J, K make from its start and, as NUM's controls count them, from the program's zero: two circles,"
+            " and the file begins with % and a number, as NUM's and Siemens' older ones do",
+            hint="give it by R, in two parts where it is closed, or begin the file with % alone where it is not NUM's",
+        )
 
 
 def _center_of_radius(

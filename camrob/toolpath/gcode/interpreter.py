@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.errors import ToolpathError
 from camrob.findings import Severity
 from camrob.toolpath.defaults import Defaults
-from camrob.toolpath.gcode.arc import circle
+from camrob.toolpath.gcode.arc import circle, refuse_second_circle
 from camrob.toolpath.gcode.coming import Coming
 from camrob.toolpath.gcode.coordinates import Stance, ToolFrame
 from camrob.toolpath.gcode.cornering import Open, closes, no_second_cut
@@ -134,7 +134,7 @@ class Interpreter:
         consumed = False
         if block.g:
             motion, consumed = self._codes(block, motion)
-        refuse_strays(block, motion, vectors=modal.vectors)
+        refuse_strays(block, motion, vectors=modal.vectors, numbered=modal.numbered)
         if modal.polar is not None and not consumed:
             block = cartesian(block, modal, self.frame)
             words = block.words
@@ -276,6 +276,8 @@ class Interpreter:
         frame.move(words, modal.scale, _DEGREE, modal.incremental)
         self._coming.moved(rapid=motion == 0)
         if motion == 0:
+            if frame.machine is not None and not frame.tcp and frame.angles != turned_before:
+                self.path.lose()  # the tip goes by a way of the machine's own, of which the end alone counts
             return self.motions.rapid(block.line)
         if self._coming.takes(block, motion):
             return
@@ -363,6 +365,8 @@ class Interpreter:
             absolute_center=modal.absolute_center,
             scale=modal.scale,
         )
+        if modal.numbered and "R" not in block.words and not modal.absolute_center:
+            refuse_second_circle(block.words, before, np.array(frame.xyz), center, modal.plane, modal.scale)
         if modal.plane != 170 and not frame.program.even:
             raise ToolpathError(_OVAL, hint="scale all axes alike, or export lines")
         center, normal = frame.point(center), frame.normal(normal)

@@ -44,6 +44,7 @@ _OTHER_LINE = re.compile(
 _LARGE = 3.0  # m
 _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 _TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
+_NUMBERED = re.compile(r"\s*%[ \t]*[0-9]+[ \t]*\n(?!\s*[O:][0-9])")
 _CLAMP = re.compile(r"M[ \t]*+0*+1[0-2](?![0-9.])")
 _SPINDLE = re.compile(r"M[ \t]*+0*+[34](?![0-9.])")
 _ANY_TCP = re.compile(r"G[ \t]*0*(?:43\.[45]|234)(?![0-9.])|M[ \t]*128(?![0-9.])|TRAORI")
@@ -135,6 +136,7 @@ def read_gcode(
 def _modal(control: Control, bare: str, machine: str, path: Path, defaults: Defaults) -> Modal:
     """What holds when a control's program begins; bare: its text without comments, upper case."""
     return Modal(
+        numbered=bool(_NUMBERED.match(bare)) and control.plain,
         tool_by_t=not _TOOL_CHANGE.search(bare),
         wear=defaults.wear,
         zero_edge=control.zero_edge,

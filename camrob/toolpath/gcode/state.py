@@ -53,6 +53,7 @@ class Modal:
     suspended: bool = False  # G500 has put the work offset out of force
     moved: bool = False
     unit_line: int = 0  # of the first coordinate, where nobody had named the units by then
+    numbered: bool = False  # the file begins with % and a number, as NUM's and Siemens' older ones do
     named: bool = False  # a program number (O1234) was read
     return_to_r: bool = False  # G99
     side: str = ""  # the word of the cutter radius compensation in force

@@ -15,15 +15,28 @@ _PLAIN = frozenset(
     (0, 10, 20, 30, 170, 180, 190, 200, 210, 430, 440, 490, *range(540, 600, 10), 900, 910, 940, 950, 980, 990)
 )
 _LIMITS = frozenset((250, 260, 500, 920))  # G50 S, G92 S (lathes, Mitsubishi), G25 S, G26 S
+_SHIFTS = frozenset((520, 590))
 _AREAS = frozenset((220, 250, 260))
 _PLACES = frozenset("XYZABCIJKUVW")
 _AXES = frozenset("XYZABC")
 _ASKED = frozenset("RQIJKSLP")
 
 
-def refuse_strays(block: Block, motion: int | None, *, vectors: bool) -> None:
-    """Raises ToolpathError for such words; motion: the code in force, in tenths; vectors: I, J, K are the tool's axis (G43.5)."""
+def refuse_strays(block: Block, motion: int | None, *, vectors: bool, numbered: bool) -> None:
+    """Raises ToolpathError for such words; motion: the code in force, in tenths; vectors: I, J, K are the tool's axis (G43.5).
+
+    numbered: the file begins with % and a number, as NUM's do.
+    """
     words = block.words
+    if numbered and not _SHIFTS.isdisjoint(block.g) and not _AXES.isdisjoint(words):
+        raise ToolpathError(
+            "G52 or G59 with axes in a file that begins as NUM's do: places of the machine, or a shift there",
+            hint="take it out, or begin the file with % alone where it is not NUM's",
+        )
+    if 80 in block.g and "P" not in words and not _AXES.isdisjoint(words):
+        raise ToolpathError(
+            "G8 with axes: an arc that goes on from the way before it on Fagor's controls", hint="export arcs as G2, G3"
+        )
     if not _AREAS.isdisjoint(block.g) and not _PLACES.isdisjoint(words):
         raise ToolpathError(
             "G22, G25 or G26 with axes: they fence the working area and move nothing (Fanuc, Siemens), which is not read",

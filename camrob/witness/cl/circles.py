@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bend", "Wanted", "bend", "bent", "centre_by_offsets", "centre_by_radius", "normal_of"]
+__all__ = ["Bend", "Wanted", "bend", "bent", "centre_by_offsets", "centre_by_radius", "normal_of", "twofold"]
 
 Array = NDArray[np.float64]
 _PLANES = {"17": "XYZ", "18": "ZXY", "19": "YZX"}
 _LITTLE = 1e-9  # m
+_ALIKE = 2e-4  # m: as far as two radii of one arc may be rounded apart, and more
 _OUT = 1e-6  # of a length: rounding out of the plane
 _SLACK = 2e-5  # of R: what the half way to the end may be longer by
 
@@ -37,6 +38,15 @@ def centre_by_offsets(start: Array, offset: Array, normal: Array, zero: Array | 
     """offset: I, J, K (m), from the start, or where G90.1 says so, from `zero`, the frame's own, else None."""
     flat = 1.0 - np.abs(normal)
     return start + offset * flat if zero is None else (zero + offset) * flat + start * (1.0 - flat)
+
+
+def twofold(start: Array, end: Array, offset: Array, normal: Array) -> bool:
+    """Whether two circles go from start to end: with I, J, K from the start, and from the frame's zero, as NUM counts them."""
+    flat = 1.0 - np.abs(normal)
+    if np.linalg.norm(start * flat) < _LITTLE:
+        return False
+    radii = [float(np.linalg.norm((point - offset) * flat)) for point in (start, end)]
+    return abs(radii[0] - radii[1]) < _ALIKE
 
 
 class Wanted(NamedTuple):

@@ -27,10 +27,11 @@ _HOLES = frozenset("73 74 76 81 82 83 84 85 86 87 88 89".split())
 _ANALOG = {67.0, 68.0}  # LinuxCNC: M67 E0 Q40, an output's number and its value
 
 
-def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
+def astray(pairs: Pairs, motion: str, vectors: bool, numbered: bool) -> str:
     """What a block says that another control moves, jumps or limits the spindle by, and none of its codes takes; "" if nothing.
 
-    motion: the G code in force before the block. vectors: I, J, K may be the tool's axis (G43.5).
+    motion: the G code in force before the block. vectors: I, J, K may be the tool's axis (G43.5). numbered: the file begins with
+    % and a number, as NUM's do.
     """
     letters = [letter for letter, _ in pairs]
     if ("N" in letters and set(letters[: letters.index("N")]) - {"O", "N"}) or letters.count("N") > 1:
@@ -44,6 +45,10 @@ def astray(pairs: Pairs, motion: str, vectors: bool) -> str:
         return "S as a limit of the spindle's speed"
     if codes & {"22", "25", "26"} and named & set("XYZABCIJKUVW"):
         return "G22, G25 or G26 with axes, which fence an area"
+    if numbered and codes & {"52", "59"} and named & set("XYZABC"):
+        return "G52 or G59 with axes, which may be the machine's places, or a shift"
+    if "8" in codes and "P" not in named and named & set("XYZ"):
+        return "G8 with axes, which may be an arc"
     if "62" in codes and named & set("XYZ"):
         return "G62 with axes, which may be a mirror"
     if "16" in codes and "H" in named:

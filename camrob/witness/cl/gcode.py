@@ -11,7 +11,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of
+from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of, twofold
 from camrob.witness.cl.customs import COMPUTED, SKIPPED, astray, corner_of, plain_words
 from camrob.witness.cl.drilling import CYCLES, Cycle, Out, drill
 from camrob.witness.cl.offsets import TCP, Offsets
@@ -72,7 +72,7 @@ class GcodeReader(Machined):
     def read(self, text: str) -> None:
         """Reads up to M2, M30 or the second %."""
         bare = COMMENT.sub("", text).upper()
-        self._whose_change(bare)
+        self._whose(bare)
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
         rows = tape(text)
         line, run = rows[0][0] if rows else 1, None
@@ -115,7 +115,7 @@ class GcodeReader(Machined):
             return
         block, corner = corner_of(block, self._scale)
         said = _WORD.findall(block)
-        if odd := _WORD.sub("", block)[:20] or astray(said, self._motion, self._vectors):
+        if odd := _WORD.sub("", block)[:20] or astray(said, self._motion, self._vectors, self._numbered):
             self._gap(line, f"{odd}: not known")
             return
         pairs, ready = plain_words([(letter, value) for letter, value in said if letter != "N"])
@@ -342,11 +342,12 @@ class GcodeReader(Machined):
         if "R" in words:
             found = centre_by_radius(start, end, normal, float(words["R"]) * scale)
             if found is None:
-                self._tell.gap(line, "an arc with R that doesn't reach its end, or has no length")
-                return
+                return self._tell.gap(line, "an arc with R that doesn't reach its end, or has no length")
             center = found
         else:
             offset = np.array([float(words.get(letter, "0")) * scale for letter in "IJK"])
+            if self._numbered and twofold(start, end, offset, normal):
+                return self._gap(line, "an arc both from its start and from the zero by I, J, K: of two controls")
             center = centre_by_offsets(start, offset, normal, np.zeros(3) if self._centre_absolute else None)
         across, up = stand.stretch
         oval = self._plane != "17" and abs(across - up) > _SAME

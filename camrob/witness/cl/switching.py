@@ -22,6 +22,7 @@ class Switching:
         self._tell, self._stand = tell, stand
         self._next_tool, self._spinning = 0.0, False
         self._ended = False
+        self._numbered = False  # the file begins with % and a number, as NUM's and Siemens' older ones do
         self._by_t = False  # T alone changes the tool (Siemens' MD 22550, and controls without a changer)
         self._clamps = False  # M10 to M14 clamp rotary axes (Haas), and the spindle is switched by M3 or M4
 
@@ -29,6 +30,11 @@ class Switching:
         """Where the tool stands is not known."""
         self._stand.forget()
         self._tell.lose()
+
+    def _whose(self, bare: str) -> None:
+        """What a file of ISO's words shows of its control."""
+        self._whose_change(bare)
+        self._numbered = bool(re.match(r"\s*%\s*\d+\s*\n(?!\s*[O:]\d)", bare))
 
     def _whose_change(self, bare: str) -> None:
         """Whether T or M6 changes tools, by the program without its comments, upper case."""
