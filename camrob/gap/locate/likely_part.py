@@ -29,12 +29,14 @@ FOOT, TOOL, INSTRUMENT = "foot", "tool", "instrument"
 _MOST_ROWS = 700  # of a log that show a part well enough
 _STRETCHES, _FOLDS = 48, 8  # of a log: short, so that a course in time is asked beside what it was fitted to
 _DEGREE = 6  # of a course in time, a log: a floor that dips and comes back
-_FEWEST, _MOST_CYCLES, _OVERSAMPLED = 1.5, 80.0, 4  # cycles of a period within a log
-_ROWS_A_CYCLE = 5.0  # of a path, the fewest
-_FASTEST, _MOST_RATES = (
-    1.0,
-    20_000,
-)  # Hz, rates: poses stand at uneven times, and so show what turns between two of them
+_FEWEST, _OVERSAMPLED = 1.5, 4  # cycles of a period within a log
+_MOST_TOLD, _ROWS_A_CYCLE = (
+    3000,
+    5.0,
+)  # rows of a log among which a period is looked for, and of a path the fewest a cycle
+# Hz, rates: poses stand at uneven times, and so show what turns between two of them
+_FASTEST, _MOST_RATES = 1.0, 20_000
+_EVEN = 0.1  # of the time between two poses: a clock whose steps differ by less is even
 _HARMONICS = 2  # of a period: what rings behind a stroke is no sine
 _SAME_COURSE = (
     0.4  # share of the axes' own motion that a period shows, from which it is the motion's and not the time's
@@ -45,7 +47,7 @@ _A_VALUE = 0.0015  # share that each fitted value costs
 _STILL = 1e-6  # rad or m: an axis that doesn't move
 
 
-_Candidate = tuple[str, str, Array, Array, float | None, float]
+_Candidate = tuple[str, str, Array, Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,20 +88,24 @@ class _Rows:
 
 def likely_part(panels: Sequence[Panel], noise: float) -> LikelyPart | None:
     """The part that explains most of some logs' gap at the TCP; None where nothing explains any. noise: m, 3-D rms."""
-    r = _rows(panels)
+    r = _rows(panels, _MOST_ROWS)
     energy = float(np.sum(r.gap**2)) - len(r.gap) * noise**2
     if energy <= 0.0 or len(np.unique(r.fold)) < _FOLDS:
         return None
-    best, most = None, 0.0
-    for candidate in (*_steady(r), *_returning(r)):
-        X = _columns(candidate[2], candidate[3])
+    found: list[tuple[float, str, str, Callable[[], float], float | None]] = []
+    for moves, follows, levers, shape in _steady(r):
+        X = _columns(levers, shape)
         if 3 * len(X) > 4 * X.shape[2]:
-            share = _withheld(X, r.gap, r.fold) / energy - _A_VALUE * X.shape[2] - candidate[5]
-            best, most = (candidate, share) if share > most else (best, most)
-    if best is None:
+            share = float(_withheld(X, r.gap, r.fold).sum()) / energy - _A_VALUE * X.shape[2]
+            size = partial(_size, r, levers, shape, axis=levers.shape[2] == 1)
+            found.append((share, moves, follows, size, None))
+    for moves, taken, levers, shape, period in _returning(r, panels):
+        share = taken / energy - _A_VALUE * levers.shape[2] * shape.shape[1]
+        found.append((share, moves, "time", partial(_size, r, levers, shape, axis=False), period))
+    if not found:
         return None
-    moves, follows, levers, shape, period, _ = best
-    return LikelyPart(moves, follows, most, _size(r, levers, shape, axis=levers.shape[2] == 1), period)
+    share, moves, follows, size_of, back = max(found, key=lambda f: f[0])
+    return LikelyPart(moves, follows, share, size_of(), back) if share > 0.0 else None
 
 
 def _columns(levers: Array, shape: Array) -> Array:
@@ -115,8 +121,8 @@ def _size(r: _Rows, levers: Array, shape: Array, *, axis: bool) -> float:
     return float(np.sqrt(np.mean(np.sum((moved - moved.mean(axis=0)) ** 2, axis=1))))
 
 
-def _rows(panels: Sequence[Panel]) -> _Rows:
-    rows = tuple(some_rows(p, _MOST_ROWS) for p in panels)
+def _rows(panels: Sequence[Panel], most: int) -> _Rows:
+    rows = tuple(some_rows(p, most) for p in panels)
     gap = np.concatenate([whole_gap(p)[r] for p, r in zip(panels, rows, strict=True)])
     stretch = [np.arange(len(r)) * (1 if p.scene.poses else _STRETCHES) for p, r in zip(panels, rows, strict=True)]
     fold = [(s // (1 if p.scene.poses else max(len(s), 1))) % _FOLDS for p, s in zip(panels, stretch, strict=True)]
@@ -134,19 +140,19 @@ def _rows(panels: Sequence[Panel]) -> _Rows:
 
 
 def _steady(r: _Rows) -> Iterator[_Candidate]:
-    """Candidates: what moves, what it follows, levers (N, 3, L), shape (N, d), period, and the share that it has by chance."""
+    """Candidates: what moves, what it follows, levers (N, 3, L), shape (N, d)."""
     foot = np.stack([r.lever(f"root.{p}") for p in PLACES], axis=2)
     fixed = np.tile(np.eye(3), (len(r.gap), 1, 1))
     course = _by_log(r, _course)
-    yield from ((n, "time", x, course, None, 0.0) for n, x in ((FOOT, foot), (TOOL, r.turn), (INSTRUMENT, fixed)))
-    yield INSTRUMENT, "position", fixed, _quadratic(_standard(r.tip)), None, 0.0
-    yield INSTRUMENT, "position", fixed, _quadratic(r.turn[:, :, 2]), None, 0.0
+    yield from ((n, "time", x, course) for n, x in ((FOOT, foot), (TOOL, r.turn), (INSTRUMENT, fixed)))
+    yield INSTRUMENT, "position", fixed, _quadratic(_standard(r.tip))
+    yield INSTRUMENT, "position", fixed, _quadratic(r.turn[:, :, 2])
     link = r.of([p.scene.link for p in r.panels])
     moving = np.ptp(link, axis=0) > _STILL
     postures = _quadratic(_standard(link[:, moving]))
     axes = r.panels[0].scene.axes
     behind = {a: r.lever(f"{a}.zero")[:, :, None] for a in axes if f"{a}.zero" in r.panels[0].scene.places}
-    yield from ((a, "position", lever, postures, None, 0.0) for a, lever in behind.items())
+    yield from ((a, "position", lever, postures) for a, lever in behind.items())
     if any(p.scene.poses for p in r.panels):
         return
     speed, hard = (r.of([p.scene.velocity(p.scene.nominal[:, :3, 3], k) for p in r.panels]) for k in (1, 2))
@@ -156,12 +162,12 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
     one = np.ones((len(fast), 1))
     pushed = np.concatenate([one, own, own * np.abs(own), own**3], axis=1)
     for name, levers in ((FOOT, foot), (TOOL, r.turn)):
-        yield name, "acceleration", levers, pushed, None, 0.0
-        yield name, "speed", levers, np.concatenate([one, fast, fast**2], axis=1), None, 0.0
+        yield name, "acceleration", levers, pushed
+        yield name, "speed", levers, np.concatenate([one, fast, fast**2], axis=1)
     for a, lever in behind.items():
         k = axes.index(a)
         side = r.of([_rolled_over(p.scene.acceleration[:, k]) for p in r.panels])
-        yield a, "acceleration", lever, np.stack([np.ones(len(side)), side], axis=1), None, 0.0
+        yield a, "acceleration", lever, np.stack([np.ones(len(side)), side], axis=1)
 
 
 def _rolled_over(acceleration: Array) -> Array:
@@ -172,21 +178,30 @@ def _rolled_over(acceleration: Array) -> Array:
     return np.asarray(np.where(last >= 0, np.sign(acceleration[last]), 0.0))
 
 
-def _returning(r: _Rows) -> Iterator[_Candidate]:
-    """Candidates that come back with the time, in the tool's own frame and in the measured one, each log in its own phase; none
-    where the motion itself comes back with that period.
+def _returning(r: _Rows, panels: Sequence[Panel]) -> Iterator[tuple[str, float, Array, Array, float]]:
+    """What comes back with the time, in the tool's own frame and in the measured one, each log in its own phase: the part, m2
+    that it takes of folds left out, its levers and shape, the period. None where the motion itself comes back with that period.
+
+    Of thousands of rates one always fits; so each fold is judged at the rate that the others show.
     """
-    link = _standard(r.of([p.scene.link for p in r.panels]))
+    # axes there and back by turns come back in their sides alone
+    courses = [_standard(r.of(x)) for x in ([p.scene.link for p in r.panels], [p.scene.sides for p in r.panels])]
+    told = _rows(panels, _MOST_TOLD)
     for name, levers in ((TOOL, r.turn), (INSTRUMENT, np.tile(np.eye(3), (len(r.gap), 1, 1)))):
-        seen = np.einsum("nji,nj->ni", levers, r.gap)
-        found = _rate(r, seen - seen.mean(axis=0))
-        if found is None:
+        seen = np.einsum("nji,nj->ni", told.turn, told.gap) if name == TOOL else told.gap
+        rates = _rates(told, seen)
+        if rates is None:
             continue
-        rate, by_chance = found
-        shape = np.c_[np.ones(len(r.t)), _by_log(r, partial(_turns, rate=rate))]
-        left = link - shape @ np.linalg.lstsq(shape, link, rcond=1e-9)[0]
-        if float(np.sum(left**2)) > (1.0 - _SAME_COURSE) * float(np.sum(link**2)):
-            yield name, "time", levers, shape, 1.0 / rate, by_chance
+        whole, *others = (np.c_[np.ones(len(r.t)), _by_log(r, partial(_turns, rate=rate))] for rate in rates)
+        if not any(_shows(whole, course) for course in courses) and len(r.t) > 4 * whole.shape[1]:
+            folds = enumerate(_withheld(_columns(levers, shape), r.gap, r.fold) for shape in others)
+            yield name, sum(float(taken[k]) for k, taken in folds), levers, whole, 1.0 / rates[0]
+
+
+def _shows(shape: Array, course: Array) -> bool:
+    """Whether a shape (N, d) shows much of a motion's own course (N, k)."""
+    left = course - shape @ np.linalg.lstsq(shape, course, rcond=1e-9)[0]
+    return float(np.sum(left**2)) <= (1.0 - _SAME_COURSE) * float(np.sum(course**2))
 
 
 def _course(t: Array) -> Array:
@@ -200,29 +215,57 @@ def _turns(t: Array, rate: float) -> Array:
     return np.asarray(np.c_[np.cos(angle), np.sin(angle)])
 
 
-def _rate(r: _Rows, seen: Array) -> tuple[float, float] | None:
-    """Hz of the highest peak of the sum of all logs' periodograms of (N, 3), and the share of the energy that the highest peak of
-    noise has (that of so many gamma variates of three directions); None where no log is long enough.
+def _rates(r: _Rows, seen: Array) -> list[float] | None:
+    """Hz of the highest peak of the sum of all logs' periodograms of (N, 3): of all rows first, then without each fold; None
+    where no log is long enough.
     """
     own = [r.log == k for k in range(len(r.rows))]
     span = min(float(np.ptp(r.t[o])) for o in own)
     if any(p.scene.poses for p in r.panels):
-        cycles = _FASTEST * span
+        cycles = min(_FASTEST, *(_fastest(r.t[o]) for o in own)) * span
     else:
-        cycles = min(_MOST_CYCLES, min(int(o.sum()) for o in own) / _ROWS_A_CYCLE)
-    rates = np.arange(_FEWEST, cycles, 1.0 / _OVERSAMPLED)[:_MOST_RATES] / max(span, 1e-12)
-    if len(rates) == 0 or span <= 0.0:
+        cycles = min(int(o.sum()) for o in own) / _ROWS_A_CYCLE
+    coarse = np.arange(_FEWEST, cycles, 1.0 / _OVERSAMPLED)[:_MOST_RATES] / max(span, 1e-12)
+    if len(coarse) < 2 or span <= 0.0:
         return None
-    peak = float(rates[int(np.argmax(_power(r, own, seen, rates)))])
-    fine = peak + np.linspace(-0.5, 0.5, 21) / (_OVERSAMPLED * span)
-    by_chance = 2.0 * (np.log(len(rates)) + 2.0 * np.log1p(np.log(len(rates)))) / (3.0 * len(seen))
-    return float(fine[int(np.argmax(_power(r, own, seen, fine)))]), by_chance
+    # what differs from log to log is no course of the time
+    seen = seen - np.stack([seen[o].mean(axis=0) for o in own])[r.log]
+    near = np.linspace(-0.5, 0.5, 21) / (_OVERSAMPLED * span)
+    rates = []
+    for k, power in enumerate(_powers(r, own, seen, coarse).T):
+        fine = float(coarse[int(np.argmax(power))]) + near
+        rates.append(float(fine[int(np.argmax(_powers(r, own, seen, fine)[:, k]))]))
+    return rates
 
 
-def _power(r: _Rows, own: Sequence[NDArray[np.bool_]], seen: Array, rates: Array) -> Array:
-    """(F,) m2 of the sines of some rates, over all logs."""
-    waves = [(np.exp(2j * np.pi * np.outer(rates, r.t[o])), seen[o]) for o in own]
-    return np.asarray(np.sum([np.sum(np.abs(w @ s) ** 2, axis=1) / len(s) for w, s in waves], axis=0))
+def _fastest(t: Array) -> float:
+    """Hz of the fastest wave that poses can tell from a slower one: those at even times no more than one of two poses."""
+    step = np.diff(t)
+    even = float(np.ptp(step)) < _EVEN * float(np.median(step))
+    return 0.5 / float(np.median(step)) if even else np.inf
+
+
+def _powers(r: _Rows, own: Sequence[NDArray[np.bool_]], seen: Array, rates: Array) -> Array:
+    """(F, 1 + folds) m2 of the sines of some evenly spaced rates, over all logs: of all rows, and without each fold. Each rate
+    turns the one before it on.
+    """
+    out = np.zeros((len(rates), 1 + _FOLDS))
+    for o in own:
+        by_fold = np.flatnonzero(o)[np.argsort(r.fold[o], kind="stable")]
+        t, z = r.t[by_fold], seen[by_fold]
+        names, firsts, counts = np.unique(r.fold[by_fold], return_index=True, return_counts=True)
+        rest = np.full(_FOLDS, float(len(t)))
+        rest[names] = np.maximum(len(t) - counts, 1)
+        sums = np.zeros((_FOLDS, 3), np.complex128)
+        turn = np.exp(2j * np.pi * rates[0] * t)
+        step = np.exp(2j * np.pi * (rates[1] - rates[0]) * t)
+        for row in out:
+            sums[names] = np.add.reduceat(turn[:, None] * z, firsts)
+            whole = sums.sum(axis=0)
+            row[0] += float(np.sum(np.abs(whole) ** 2)) / len(t)
+            row[1:] += np.sum(np.abs(whole - sums) ** 2, axis=1) / rest
+            turn *= step
+    return out
 
 
 def _by_log(r: _Rows, shape: Callable[[Array], Array]) -> Array:
@@ -251,8 +294,8 @@ def _quadratic(x: Array) -> Array:
     return np.concatenate([np.ones((len(x), 1)), x, x[:, i] * x[:, j]], axis=1)
 
 
-def _withheld(X: Array, gap: Array, fold: NDArray[np.int64]) -> float:
-    """m2 that columns (N, 3, k), beside a constant, take of a gap (N, 3) from folds that they were not fitted to."""
+def _withheld(X: Array, gap: Array, fold: NDArray[np.int64]) -> Array:
+    """(folds,) m2 that columns (N, 3, k), beside a constant, take of a gap (N, 3) from each fold, fitted to the others."""
     X = np.concatenate([X, np.tile(np.eye(3), (len(X), 1, 1))], axis=2)
     X = X / (np.sqrt(np.einsum("nik,nik->k", X, X)) + 1e-30)
     A, b = [], []
@@ -260,8 +303,8 @@ def _withheld(X: Array, gap: Array, fold: NDArray[np.int64]) -> float:
         own = X[fold == k].reshape(-1, X.shape[2])
         A.append(own.T @ own)
         b.append(own.T @ gap[fold == k].ravel())
-    whole, right, gained = np.sum(A, axis=0) + _RIDGE * np.eye(X.shape[2]), np.sum(b, axis=0), 0.0
+    whole, right, gained = np.sum(A, axis=0) + _RIDGE * np.eye(X.shape[2]), np.sum(b, axis=0), []
     for Ak, bk in zip(A, b, strict=True):
         solved = np.linalg.solve(whole - Ak, right - bk)
-        gained += float(2.0 * solved @ bk - solved @ Ak @ solved)
-    return gained
+        gained.append(float(2.0 * solved @ bk - solved @ Ak @ solved))
+    return np.array(gained)

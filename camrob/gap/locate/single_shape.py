@@ -30,8 +30,9 @@ class SingleShape:
     share: float
 
 
-def single_shape(panels: Sequence[Panel], noise: float) -> SingleShape | None:
-    """The part and the quantity that explain most of some logs' gap at the TCP; None where nothing does.
+def single_shape(panels: Sequence[Panel], noise: float, moves: str = "") -> SingleShape | None:
+    """The part (`moves`, any where it is "") and the quantity that explain most of some logs' gap at the TCP; None where nothing
+    does.
 
     Every part with every quantity in turn, as a polynomial beside a constant shift; its size is fitted to the other blocks where
     a share is wanted. noise: m, 3-D rms.
@@ -54,7 +55,7 @@ def single_shape(panels: Sequence[Panel], noise: float) -> SingleShape | None:
     for target in targets(panels[0].scene):
         kind, _, part = target.rpartition(" ")
         term = f"root.{part}" if kind == "foot" else f"{part}.zero"
-        if kind != "drive" and all(term in p.scene.places for p in panels):
+        if kind != "drive" and moves in ("", target) and all(term in p.scene.places for p in panels):
             levers[target] = np.concatenate([p.scene.places[term][r, :3] for p, r in zip(panels, rows, strict=True)])
     if not levers or not names:
         return None

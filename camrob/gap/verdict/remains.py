@@ -122,6 +122,7 @@ def _placed(
     elif not shapes:
         where = _of_one(where, one)
         where = where if where.axes else _of_doubtful(where, model, panels, one)
+        where = where if where.regimes else _followed_by_axis(where, panels, model.noise)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
     text += f", and comes back {where.comes_back}" if where.comes_back else ""
     led = where.regimes[:2]
@@ -183,15 +184,21 @@ def _taken(model: Model, panels: Sequence[Panel], own: Set) -> float:
     return gained / max(energy, 1e-30)
 
 
-def at_drive(stays: Unknown, model: Model, axis: str, words: str) -> Unknown:
-    """What stays, at an axis's drive: what its error follows most is read off the log; at no axis where all fall behind together.
-    An error that stands, in a drive that always holds a load to one side, follows that load: a loop without its integrator.
+def at_drive(stays: Unknown, model: Model, panels: Sequence[Panel], axis: str, words: str) -> Unknown:
+    """What stays, at an axis's drive: what its error follows most is read off the log, or is what the largest shape there
+    follows; at no axis where all fall behind together. An error that stands, in a drive that always holds a load to one side,
+    follows that load: a loop without its integrator. Where more stays behind the encoders, the place is there, and the drive is
+    said beside it.
     """
+    if _stage(panels, model) == _ARM:
+        return replace(stays, text="; ".join(filter(None, (stays.text, words))))
     drive, k = axes_report(model.scenes)[axis].drive, model.scenes[0].index(axis)
     follows = "" if drive is None or drive.pattern.follows == CONSTANT else drive.pattern.follows
     load = np.concatenate([s.torque[:, k] for s in model.scenes])
     if drive is not None and not follows and _stands(drive.mean, drive.rms):
         follows = LOAD if _stands(float(load.mean()), float(np.sqrt(np.mean(load**2)))) else ""
+    own = [_regime(s.follows) for s in stays.shapes if s.moves == axis and s.stage != _ARM]
+    follows = follows or next(filter(None, own), "")
     axes: tuple[str, ...] = (axis,)
     if late_together(model.scenes):
         axes, follows, words = (), "speed", f"all drives fall behind their set-points together; {words}"
@@ -249,6 +256,13 @@ def _of_one(where: UnknownPlace, one: SingleShape | None) -> UnknownPlace:
     regime = _regime(one.follows)
     axes = (axis,) if axis[:1] in "AE" and axis[1:].isdigit() else ()
     return replace(where, axes=axes, regimes=(regime, *(n for n in where.regimes if n != regime)))
+
+
+def _followed_by_axis(where: UnknownPlace, panels: Sequence[Panel], noise: float) -> UnknownPlace:
+    """The place with what its axis follows most, where that is worth a word."""
+    one = single_shape(panels, noise, moves=where.axes[0]) if where.axes else None
+    regime = "" if one is None or one.share < _WORTH else _regime(one.follows)
+    return replace(where, regimes=(regime,)) if regime else where
 
 
 def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one: SingleShape | None) -> UnknownPlace:

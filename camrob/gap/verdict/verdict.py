@@ -150,7 +150,7 @@ def _said(
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
     if drive:
-        stays = at_drive(stays, model, drive, words)
+        stays = at_drive(stays, model, left, drive, words)
     asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
     handed = hand_over(model, trial, claimed, members)
     return Verdict(

@@ -12,7 +12,7 @@ from stranger_arms import UR, Faults, columns_of, driven, scattered, true_poses
 from camrob.cell.read_cell import read_cell
 from camrob.gap.evidence.design import Panel, build_units, make_panel
 from camrob.gap.locate.late_together import late_together
-from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, likely_part
+from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, _fastest, likely_part
 from camrob.gap.observation.noise import noise_of
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.measurement.log import MeasurementLog
@@ -133,3 +133,25 @@ def test_drives_that_are_late_at_times_of_their_own_are_not(tmp_path: Path) -> N
     alone = lambda t, q: only(2, np.full(len(t), 0.004), q)  # noqa: E731
     assert not late_together([scene(tmp_path, own)])
     assert not late_together([scene(tmp_path, alone)])
+
+
+def test_a_spindle_that_turns_four_times_a_second_is_found_in_half_a_minute(tmp_path: Path) -> None:
+    """120 cycles within the log: more than a thinned log could tell."""
+    w = 2.0 * np.pi * 4.0
+
+    def fast(t: np.ndarray, axis: np.ndarray, T: np.ndarray) -> np.ndarray:
+        off = np.stack([np.cos(w * t), np.sin(w * t), 0.0 * t], 1)
+        return 1.5e-4 * np.einsum("nij,nj->ni", T[:, :3, :3], off)
+
+    found = likely_part([panel(tmp_path, seen=fast)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == (TOOL, "time")
+    assert found.period == pytest.approx(0.25, rel=0.01)
+
+
+def test_poses_every_twelve_seconds_tell_no_wave_from_what_each_second_pose_does(tmp_path: Path) -> None:
+    """A log whose every second pose is elsewhere comes back every 24 s; not with 12 s, nor with any shorter period."""
+    each = np.arange(48)
+    found = _fastest(12.0 * each)
+    assert found == pytest.approx(1.0 / 24.0)
+    assert _fastest(12.0 * each + np.random.default_rng(1).uniform(0.0, 3.0, 48)) == np.inf

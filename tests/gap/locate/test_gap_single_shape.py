@@ -71,3 +71,16 @@ def test_what_an_axis_does_in_its_gear_follows_its_speed(tmp_path: Path) -> None
 def test_noise_alone_has_no_part(tmp_path: Path) -> None:
     found = single_shape([panel(tmp_path, lambda t, q: q, poses=False, rest=0.0)], NOISE)
     assert found is None or found.share < 0.5
+
+
+def test_of_an_axis_alone_what_it_follows_is_told(tmp_path: Path) -> None:
+    late = beyond(0, lambda t, q: -1.5e-3 * np.gradient(q[:, 0], t))
+    logs = [panel(tmp_path, late, poses=False)]
+    found, best = single_shape(logs, NOISE, moves="A4"), single_shape(logs, NOISE)
+    assert found is not None and best is not None
+    assert found.moves == "A4"
+    assert found.share < best.share
+    again = single_shape(logs, NOISE, moves="A1")
+    assert again is not None
+    assert (again.moves, again.follows) == (best.moves, best.follows)
+    assert again.share == pytest.approx(best.share)
