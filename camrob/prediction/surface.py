@@ -144,7 +144,6 @@ def _reckoned(
         shares[here] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
         variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1)
         variance += _between(path.rest, row, at) ** 2
-        variance += np.sum((wrench * _between(path.doubt, row, at)) ** 2, axis=1)
         band[here] = _NORMAL * np.sqrt(variance)
     return shares, band
 

@@ -46,12 +46,12 @@ class Cause:
 class TruePath:
     """The run, a row a cycle. ideal, true: (N, 4, 4) tool in `base`, as the simulated controller and as the machine goes.
 
-    causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions of what was
-    fitted; doubt: (N, 6) further standard deviations of the twist, of descriptions that may be wrong by a share of themselves;
-    rest: (N,) m, the standard deviation in any one direction of what no cause explains, beside what is expected of it
-    (`UNEXPLAINED` among the causes). not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes
-    that give way under the cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these, or
-    as is ordinary for the arm where nobody knows of any.
+    causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions, each of
+    which is one thing that may be wrong along the whole path: a value as fitted, a description, the force; rest: (N,) m, the
+    standard deviation in any one direction of what no cause explains, beside what is expected of it (`UNEXPLAINED` among the
+    causes). not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes that give way under the
+    cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these, or as is ordinary for the arm
+    where nobody knows of any.
     """
 
     t: Array
@@ -60,7 +60,6 @@ class TruePath:
     true: Array
     causes: tuple[Cause, ...]
     spread: Array
-    doubt: Array
     rest: Array
     not_reckoned: tuple[str, ...]
     yields: tuple[str, ...] = ()
@@ -104,7 +103,7 @@ def true_path(
     behind = _scene(run, cell, moved) if moved.any() else scene
     second = _columns(behind, found) if moved.any() else first
     twists = np.zeros((len(scene), 6, len(found.values)))
-    doubts = np.zeros_like(twists)
+    states: list[Array] = []
     for k, (a, b) in enumerate(zip(first, second, strict=True)):
         unit = found.effects[int(found.owner[k])]
         if a is None or b is None or not unit.of_machine:
@@ -113,15 +112,15 @@ def true_path(
             twists[:, :, k] += scene.shift(axis, signal)
         if b.tcp is not None:
             twists[:, :, k] += b.tcp
-        share = np.full(len(scene), unit.accuracy) if b.doubt is None else np.maximum(unit.accuracy, b.doubt)
-        doubts[:, :, k] = found.values[k] * twists[:, :, k] * np.minimum(share, 1.0)[:, None]
+        if b.doubt is not None:
+            states.append(found.values[k] * twists[:, :, k] * np.clip(b.doubt, 0.0, 1.0)[:, None])
     true = model.poses(constants, behind.postures(behind.link))
     constant = np.array([bool(e.terms(u, s)) for u, e, s in zip(found.units, found.effects, found.states, strict=True)])
     further = np.zeros((len(scene), 6))
     for k, (column, own) in enumerate(zip(second, found.owner.tolist(), strict=True)):
         if column is not None and column.tcp is not None and not constant[own] and found.effects[own].of_machine:
             further += found.values[k] * column.tcp
-    root = _root(found.cov)
+    root = _root(_covariance(found))
     path = TruePath(
         t=np.asarray(run.t),
         line=run.line,
@@ -129,11 +128,11 @@ def true_path(
         true=_moved(true, further),
         causes=_causes(found, twists),
         spread=np.einsum("nik,kl->nil", twists, root),
-        doubt=np.sqrt(np.sum(doubts**2, axis=2)),
         rest=np.full(len(scene), rest),
         not_reckoned=_left(found, first),
     )
-    return _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts, granted)
+    path = _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts, granted)
+    return replace(path, spread=np.concatenate([path.spread, *(s[:, :, None] for s in states)], axis=2))
 
 
 def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array) -> TruePath:
@@ -257,6 +256,15 @@ def _causes(found: FittedUnits, twists: Array) -> tuple[Cause, ...]:
     return tuple(Cause(name, twist) for name, twist in sums.items())
 
 
+def _covariance(found: FittedUnits) -> Array:
+    """(K, K) of how far values may be off. A description that is wrong by a share of itself is a value that is wrong by as much:
+    it moves the tool along its own effect, and what is unexplained was fitted beside it, too, and makes up for it where the logs
+    were.
+    """
+    accuracy = np.array([found.effects[own].accuracy for own in found.owner.tolist()])
+    return np.asarray(found.cov + np.diag((accuracy * found.values) ** 2))
+
+
 def _root(cov: Array) -> Array:
     """L with L L' = cov, of a matrix that may be singular."""
     values, vectors = np.linalg.eigh(0.5 * (cov + cov.T))
@@ -277,4 +285,4 @@ def _calibrated(run: MeasurementLog, scene: Scene, model: ErrorModel, constants:
     causes = tuple(Cause(n, v * J[:, :, k]) for k, (n, v) in enumerate(zip(model.names, constants, strict=True)))
     none = np.zeros((len(q), 6))
     true = model.poses(constants, q)
-    return TruePath(np.asarray(run.t), run.line, ideal, true, causes, none[:, :, None], none, np.full(len(q), rest), ())
+    return TruePath(np.asarray(run.t), run.line, ideal, true, causes, none[:, :, None], np.full(len(q), rest), ())

@@ -1,4 +1,4 @@
-"""Does the part come out as predicted? `python tests/bench/bench_predict.py --out DIR [--cells N] [--table]`.
+"""Does the part come out as predicted? `python tests/bench/bench_predict.py --out DIR [--cells N] [--first N] [--table]`.
 
 The engraving runs on simulated cells whose errors come from `gap.generator`, which shares no code with camrob. One run is logged
 with noise and diagnosed; `camrob predict` then says what the part will be like, and how sure that is; what the same cell, without
@@ -153,6 +153,7 @@ def one(family: str, draw: int, out: Path) -> dict[str, Any]:
         "within": float(np.mean(np.abs(off) <= band)),
         "band_mm": float(np.median(band)),
         "off_rms_mm": float(np.sqrt(np.mean(off**2))),
+        "off_p95_mm": float(np.quantile(np.abs(off), 0.95)),
         "reached_p95_mm": size[0],
         "predicted_p95_mm": size[1],
     }
@@ -183,6 +184,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--cells", type=int, default=3, help="draws of each family")
+    parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--only", nargs="*", default=list(FAMILIES))
     parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
@@ -191,7 +193,7 @@ def main() -> None:
     if options.table:
         (Path(__file__).resolve().parent / "predict_table.md").write_text(table(read_rows(file)))
         return
-    add_rows(file, options.only, options.cells, one)
+    add_rows(file, options.only, options.cells, one, options.first)
 
 
 if __name__ == "__main__":

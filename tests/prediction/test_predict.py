@@ -59,7 +59,6 @@ def test_a_push_is_reported_by_cause_and_its_doubt_by_the_band() -> None:
         true,
         (Cause("push", twist),),
         sigma,
-        np.zeros((count, 6)),
         np.full(count, 4e-6),
         (),
     )
@@ -85,7 +84,7 @@ def test_a_cutter_out_of_true_cuts_wider_and_no_deeper() -> None:
     count = len(ideal)
     nothing = np.zeros((count, 6))
     t, line, causes = np.arange(count) * 0.004, np.arange(count), (Cause("nothing", nothing),)
-    path = TruePath(t, line, ideal, ideal, causes, nothing[:, :, None], nothing, np.zeros(len(t)), ())
+    path = TruePath(t, line, ideal, ideal, causes, nothing[:, :, None], np.zeros(len(t)), ())
     stock = Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM)
     found = predict_surface(stock, Cutter(3 * MM, 0.0, 40 * MM), np.eye(4), path, ideal, runout=0.04 * MM)
     floor = found.normal[:, 2] > 0.9
@@ -242,7 +241,6 @@ def test_where_grooves_cross_no_ray_runs_on_to_another_wall() -> None:
         true,
         (Cause("push", np.tile(push, (count, 1))),),
         np.zeros((count, 6, 1)),
-        np.zeros((count, 6)),
         np.full(count, 1e-6),
         (),
     )
