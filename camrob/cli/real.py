@@ -281,6 +281,10 @@ def predict(
         typer.Option("--setup", metavar="SETUP.toml", help="Stock and cutter. Default: setup.toml beside the program."),
     ] = None,
     force: ForceOption = None,
+    meant: Annotated[
+        Path | None,
+        typer.Option("--meant", metavar="PROGRAM", help="The program that a compensated one was made from."),
+    ] = None,
     pitch_mm: Annotated[
         float, typer.Option("--pitch-mm", min=0.01, max=10.0, metavar="MM", help="Between rays of material.")
     ] = 0.2,
@@ -302,6 +306,7 @@ def predict(
             diagnosis=diagnosis,
             setup=setup,
             force=force,
+            meant=meant,
             pitch_mm=pitch_mm,
             cycle_ms=cycle_ms,
             progress=progress,

@@ -20,6 +20,7 @@ from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, VerificationError
 from camrob.findings import Severity
+from camrob.jobs.closing.compensated import said_to_be_compensated
 from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
@@ -110,6 +111,9 @@ def compensate(
     program, out = Path(program), Path(out)
     if out.is_dir() and out.resolve() == program.resolve().parent:
         raise InputError("is the program's own folder", hint="choose another --out: the original must stay", path=out)
+    if already := said_to_be_compensated(program):
+        hint = "give the program that it was made from: its error would be taken off twice"
+        raise InputError(f"is compensated already, as {already} beside it says", hint=hint, path=program)
     machine = cell_for("compensate", cell)
     found = None if calibration is None else read_calibration(calibration, machine)
     known = _machine(found, diagnosis, force, Path(cell), machine)

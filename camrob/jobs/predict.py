@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,11 +22,11 @@ from camrob.cutting.dexels import Dexels, of_mesh
 from camrob.cutting.engagement import removed_area
 from camrob.cutting.holder import holder_takes
 from camrob.errors import InputError, SetupError
-from camrob.findings import Finding, collapse
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.predicting.input_remarks import remarks_on
 from camrob.jobs.predicting.predicted_figures import (
     causes_of,
     force_of,
@@ -47,11 +46,11 @@ from camrob.prediction.read_force import read_force
 from camrob.prediction.surface import PredictedSurface, predict_surface, way_of
 from camrob.prediction.true_path import TruePath, true_path
 from camrob.program.motion import Blend
+from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
 from camrob.report.predict.page import predict_report
 from camrob.se3 import inverse
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictSeconds, PredictSummary
-from camrob.summaries.remarks import Remark
 from camrob.units import m_to_mm, mm_to_m, ms_to_s
 
 __all__ = ["PredictResult", "predict"]
@@ -81,6 +80,7 @@ def predict(
     diagnosis: Path | None = None,
     setup: Path | None = None,
     force: Path | None = None,
+    meant: Path | None = None,
     pitch_mm: float = 0.2,
     cycle_ms: float = 4.0,
     progress: Progress | None = None,
@@ -95,6 +95,8 @@ def predict(
         diagnosis: the folder of the diagnosis that wrote the calibration: play, lag and all else that was found, and its doubt.
         setup: the set-up with the stock and the cutter; None: setup.toml beside the program.
         force: FORCE.toml, what pushes on the tool while it cuts; None: nothing does.
+        meant: the program that says what the part is to be, where the targets of `program` were moved (`compensate`); None: it
+            says so itself.
         pitch_mm: mm between the rays on which material is kept.
         cycle_ms: ms from row to row of the simulated run.
         progress: called with a stage and the share of it that is done, 0 to 1.
@@ -114,7 +116,7 @@ def predict(
         True
     """
     with staged_output(out) as folder:
-        asked = _Asked(Path(program), cell, calibration, diagnosis, setup, force, pitch_mm, ms_to_s(cycle_ms))
+        asked = _Asked(Path(program), cell, calibration, diagnosis, setup, force, meant, pitch_mm, ms_to_s(cycle_ms))
         made = _predicted(asked, progress)
         _write(folder, made.summary, made.surface, made.path)
     return made
@@ -130,6 +132,7 @@ class _Asked:
     diagnosis: Path | None
     setup: Path | None
     force: Path | None
+    meant: Path | None
     pitch_mm: float
     cycle: float
 
@@ -148,22 +151,23 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     pushes = None if asked.force is None else read_force(asked.force)
     tooled, findings = program_cell(text, machine)
     ran = run(text, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
-    exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
-    plain = run(exact, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
+    programmed = _programmed(
+        text if asked.meant is None else language.read(asked.meant, machine.controller_section), asked, machine
+    )
     simulated = time.perf_counter()
     base_T_part, runout, area = np.asarray(held.base_T_part), 0.5 * held.tool().runout, None
     if pushes is not None and pushes.asks_removal:
         area = _removed(ran.log, tooled, stock, cutter, base_T_part)
     path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area)
-    programmed = base_T_tool(tooled, tooled.to_q(plain.log.axes(tooled.axis_names)))
     reckoned = time.perf_counter()
     cut = stage_of(progress, "cut")
     surface = predict_surface(stock, cutter, base_T_part, path, programmed, runout=runout, progress=cut)
-    _demand_cut(surface, program)
+    _demand_cut(surface, program, asked.meant)
     part, holder = _held_to_part(held, surface, path), _held_clear(held, stock, surface, path, progress)
     done = time.perf_counter()
     summary = PredictSummary(
         program=program.stem,
+        meant="" if asked.meant is None else Path(asked.meant).name,
         cell=machine.name,
         calibration="" if asked.calibration is None else Path(asked.calibration).name,
         diagnosis="" if diagnosis is None else Path(diagnosis).name,
@@ -172,9 +176,9 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         band_mm=m_to_mm(float(np.median(surface.band))),
         band_p95_mm=m_to_mm(float(np.quantile(surface.band, 0.95))),
         percentiles_mm={str(p): m_to_mm(float(np.quantile(surface.deviation, p / 100.0))) for p in _PERCENTILES},
-        causes=causes_of(surface, path),
+        causes=causes_of(surface, path, corrected=asked.meant is not None),
         rest_mm=m_to_mm(float(np.sqrt(np.mean(path.rest**2)))),
-        places=places_of(surface, path),
+        places=places_of(surface, path, corrected=asked.meant is not None),
         regions=regions_of(surface, path, text, ran.motion),
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
@@ -182,7 +186,7 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         force=None if pushes is None else force_of(pushes, path),
         part=part,
         holder=holder,
-        warnings=(*_assumed(held), *_remarks([*text.findings, *ran.findings, *findings])),
+        warnings=remarks_on(program, asked.meant, held, pushes, surface, [*text.findings, *ran.findings, *findings]),
         files=("predict.json", "surface.npz", "predict.html"),
         seconds=PredictSeconds(
             simulate=round(simulated - start, 3),
@@ -199,6 +203,13 @@ def _not_judged(setup: Setup, pushes: CuttingForce | None) -> tuple[str, ...]:
     tool, what = setup.tool(), ["wear of the tool", "chatter"]
     given = {CAUSE: pushes is not None, "run-out of the tool": bool(tool.runout), "the holder": bool(tool.holder)}
     return (*(name for name, there in given.items() if not there), *what)
+
+
+def _programmed(text: ProgramText, asked: _Asked, machine: Cell) -> Array:
+    """(M, 4, 4) tool in `base` on the path that a program asks for, without any rounding."""
+    exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
+    cell, ran = program_cell(text, machine)[0], run(exact, machine, cycle=asked.cycle).log
+    return np.asarray(base_T_tool(cell, cell.to_q(ran.axes(cell.axis_names))))
 
 
 def _held_to_part(setup: Setup, surface: PredictedSurface, path: TruePath) -> HeldToPart | None:
@@ -254,14 +265,14 @@ def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, pat
     (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
 
 
-def _demand_cut(surface: PredictedSurface, program: Path) -> None:
+def _demand_cut(surface: PredictedSurface, program: Path, meant: Path | None) -> None:
+    if len(surface.point) == 0 and surface.not_met:
+        asks = "the program asks for" if meant is None else f"{Path(meant).name} asks for"
+        hint = "check that calibration and diagnosis are this machine's, and what is given as --force and --meant"
+        raise InputError(f"nowhere does the machine as diagnosed cut near what {asks}", hint=hint, path=program)
     if len(surface.point) == 0:
         hint = "give the set-up that the program was posted with (--setup); check the stock's place and unit there"
         raise InputError("the program cuts nothing of the stock", hint=hint, path=program)
-
-
-def _remarks(findings: Sequence[Finding]) -> tuple[Remark, ...]:
-    return tuple(Remark(line=f.line, code=f.code, text=f.text, count=f.count) for f in collapse(findings))
 
 
 def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
@@ -298,11 +309,3 @@ def _stock(setup: Setup, pitch: float) -> Dexels:
         return of_mesh(body_triangles(body), pitch)
     except InputError as error:
         raise error.at(body.mesh) from None
-
-
-def _assumed(setup: Setup) -> tuple[Remark, ...]:
-    """What stock was made up, if the set-up names none."""
-    if setup.stock is not None:
-        return ()
-    text = "the set-up names no [stock]: a block as large as its part is cut"
-    return (Remark(line=0, code="assumed-stock", text=text, count=1),)

@@ -29,7 +29,8 @@ class Milling:
 
     side: +1 where the material lies to the left of the feed, seen from the holder, -1 to its right, 0 on both sides. sense: +1
     for a spindle that turns clockwise, seen from the holder, -1 for the other way. depth, width: m of the tool engaged along
-    its axis and across the feed, NaN where the removal is to say it.
+    its axis and across the feed, NaN where the removal is to say it. material: whose coefficients they are, "" where that isn't
+    told.
     """
 
     chip: Array
@@ -41,6 +42,7 @@ class Milling:
     sense: int
     depth: float
     width: float
+    material: str = ""
 
     @property
     def asks_removal(self) -> bool:
@@ -50,7 +52,8 @@ class Milling:
     @property
     def words(self) -> str:
         """In words."""
-        return "from the material's coefficients" + (", the engagement from the removal" if self.asks_removal else "")
+        whose = f"from the coefficients of {self.material}" if self.material else "from the material's coefficients"
+        return whose + (", the engagement from the removal" if self.asks_removal else "")
 
     def per_depth(self, width: Array) -> tuple[Array, Array]:
         """Mean force (K, 3) along, across and axial for widths (K,) m: N for each m of depth and m of feed a tooth, N for each

@@ -53,8 +53,9 @@ def read_force(path: Path) -> CuttingForce:
 
 def _milling(table: TableReader) -> Milling:
     named = [f"{k}_edge_n_mm" for k in _KINDS]
-    if "material" in table:
-        material = MATERIALS[table.text("material", choices=tuple(MATERIALS))]
+    name = table.text("material", choices=tuple(MATERIALS)) if "material" in table else ""
+    if name:
+        material = MATERIALS[name]
         for key in (*(f"{k}_n_mm2" for k in _KINDS), *named):
             if key in table:
                 raise table.fail(key, "is given beside material", "give the material, or all coefficients")
@@ -81,6 +82,7 @@ def _milling(table: TableReader) -> Milling:
         sense=sense,
         depth=depth,
         width=width,
+        material=name,
     )
     table.finish()
     return made

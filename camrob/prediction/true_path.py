@@ -25,10 +25,13 @@ from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.prediction.deflection import CAUSE, Granted, deflection, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
+from camrob.units import m_to_mm
 
 __all__ = ["UNEXPLAINED", "Cause", "TruePath", "claimed_constants", "true_path", "unit_name"]
 
 Array = NDArray[np.float64]
+
+_FARTHEST_BENT = 5e-3  # m: a hundred times what cuts bend an arm by, and too far for what is reckoned to first order
 
 UNEXPLAINED = "unexplained, as measured near by"
 """The name of what no cause explains, as far as it was measured at like postures."""
@@ -173,6 +176,10 @@ def _bent(
         return path
     pushed = force.in_base(path.ideal, path.t, area)
     bent = deflection(scene, pushed if cuts is None else pushed * cuts[:, None], known, granted, force.give)
+    aside = float(np.linalg.norm(bent.twist[:, :3], axis=1).max(initial=0.0))
+    if aside > _FARTHEST_BENT:
+        what = f"pushes the tool aside by up to {m_to_mm(aside):.0f} mm, which no cut does"
+        raise InputError(what, hint="check the force in N, and coefficients and engagement", path=force.path)
     spread = path.spread.copy()
     for k, unit in bent.sensitivity.items():
         spread += unit[:, :, None] * root[k]

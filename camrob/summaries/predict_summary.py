@@ -131,7 +131,7 @@ class PredictSummary(Summary):
     points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing
     explains. not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not
     tell. not_judged: what else a real cut has. force: where a force model was given; part: where the set-up has the part's mesh;
-    holder: where it has the holder (none: it meets nothing).
+    holder: where it has the holder (none: it meets nothing). meant: the program that says what the part is to be, "" for its own.
     """
 
     program: str
@@ -160,3 +160,4 @@ class PredictSummary(Summary):
     force: PredictedForce | None = left_out(None)
     part: HeldToPart | None = left_out(None)
     holder: tuple[HolderMeets, ...] | None = left_out(None)
+    meant: str = ""

@@ -72,7 +72,7 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
         ('force = "FORCE.toml"', "FORCE.toml: can't be read"),
         ('force = "loop.toml"', "loop.toml: mean: is given with [milling], or both are missing"),
         ('[machine]\ncalibration = "fitted.toml"', "fitted.toml: can't be read"),
-        ('[machine]\ndiagnosis = "found"', "diagnosis.json: is not a diagnosis"),
+        ('[machine]\ndiagnosis = "found"', "found: holds no diagnosis.json"),
         ("[machine]\nseed = 1", "nothing says what is wrong with the machine"),
     ],
 )

@@ -22,6 +22,7 @@ from camrob.cutting.dexels import Dexels
 from camrob.errors import InputError, SetupError
 from camrob.gap.effects.registry import library
 from camrob.gap.fitted_units import fitted_units
+from camrob.jobs.compensate import compensate
 from camrob.jobs.predict import predict
 from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog
@@ -208,6 +209,53 @@ def test_without_stock_a_block_as_large_as_the_part_is_cut_and_an_open_mesh_is_n
     plate.export(tmp_path / "plate.stl")
     with pytest.raises(InputError, match=r"plate\.stl: \d+ rays end inside the mesh"):
         predict(program, setup=setup, **asked)
+
+
+def test_a_compensated_program_is_held_to_the_one_it_was_made_from(program: Path, tmp_path: Path) -> None:
+    fitted = calibration(tmp_path / "fitted.toml", {"tool.z": -0.3e-3})
+    setup = ROOT / "toolpaths/engraving/setup.toml"
+    compensate(program, cell=CELL, calibration=fitted, out=tmp_path / "compensated")
+    corrected = tmp_path / "compensated" / program.name
+    asked = {"cell": CELL, "calibration": fitted, "setup": setup, "pitch_mm": 0.4, "cycle_ms": 12.0}
+    plain = predict(corrected, out=tmp_path / "plain", **asked).summary
+    assert plain.warnings[0].code == "compensated" and "--meant" in plain.warnings[0].text
+    assert plain.percentiles_mm["5"] == pytest.approx(-0.3, abs=0.01)  # what its own targets would have
+    held = predict(corrected, out=tmp_path / "held", meant=program, **asked).summary
+    assert held.meant == program.name and not any(w.code == "compensated" for w in held.warnings)
+    assert held.p95_mm < 0.01 and held.causes["correction and corner_rounding"] > 0.1
+    assert f"held to what <b>{program.name}</b>" in (tmp_path / "held" / "predict.html").read_text(encoding="utf-8")
+    with pytest.raises(InputError, match=r"is compensated already, as engraving\.json beside it says"):
+        compensate(corrected, cell=CELL, calibration=fitted, out=tmp_path / "twice")
+
+
+def test_what_is_other_than_the_set_up_or_than_any_cut_is_said(program: Path, tmp_path: Path) -> None:
+    fitted = calibration(tmp_path / "fitted.toml", {"A2.compliance": 2e-6})
+    force = tmp_path / "FORCE.toml"
+    asked = {
+        "cell": CELL,
+        "calibration": fitted,
+        "force": force,
+        "out": tmp_path / "out",
+        "pitch_mm": 1.0,
+        "cycle_ms": 12.0,
+    }
+    asked["setup"] = ROOT / "toolpaths/engraving/setup.toml"
+    cut = "teeth = 2\ndiameter_mm = 6\nspindle_rpm = 10000\ndepth_mm = 0.5\nwidth_mm = 2\n"
+    force.write_text(f'[milling]\nmaterial = "al6082-t6"\n{cut}', encoding="utf-8")
+    made = predict(program, **asked).summary
+    assert [w.text for w in made.warnings if w.code == "force-of-another"] == [
+        "FORCE.toml has a cutter of 6 mm, and the set-up one of 3"
+    ]
+    assert made.force is not None and "al6082-t6" in made.force.words
+    force.write_text("[mean]\nalong_n = 90000\nacross_n = 0\naxial_n = 0\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"FORCE\.toml: pushes the tool aside by up to \d+ mm"):
+        predict(program, **asked)
+    moved = calibration(tmp_path / "moved.toml", {"tool.z": -20e-3})
+    with pytest.raises(InputError, match="nowhere does the machine as diagnosed cut near what the program asks for"):
+        predict(program, **(asked | {"calibration": moved, "force": None}))
+    for folder, what in ((tmp_path, "holds no diagnosis.json"), (fitted, "is a file")):
+        with pytest.raises(InputError, match=what):
+            predict(program, **(asked | {"diagnosis": folder, "force": None}))
 
 
 def test_nobody_says_what_is_wrong_with_the_machine(tmp_path: Path) -> None:

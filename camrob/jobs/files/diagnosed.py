@@ -35,6 +35,9 @@ def diagnosed(
             raise InputError("the calibration does not say how far it is off", hint=hint)
         return None, size.rms / np.sqrt(3.0)
     file = Path(folder) / "diagnosis.json"
+    if not file.is_file():
+        hint = "give the folder that `camrob diagnose --out` wrote"
+        raise InputError("is a file" if Path(folder).is_file() else "holds no diagnosis.json", hint=hint, path=folder)
     try:
         said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, InputError) as error:

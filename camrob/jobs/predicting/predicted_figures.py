@@ -32,6 +32,9 @@ _PLACES = 10  # the worst ones, as the contract says
 _APART, _APART_SHARE = 3.0, 0.05  # mm between two of them, and of the part's longest side: nearer ones are one place
 _GRAZED = 1e-12  # m3: less than a thousandth of a mm3 is where two walls touch
 _ROUNDING, _RUNOUT = "corner_rounding", "run-out"
+_CORRECTED = (
+    "correction and corner_rounding"  # between the path that is meant and the corrected one, as the controller goes it
+)
 
 
 def force_of(pushes: CuttingForce, path: TruePath) -> PredictedForce:
@@ -61,24 +64,24 @@ def size_of(deviation: Array) -> DeviationSize:
     )
 
 
-def _named(surface: PredictedSurface, path: TruePath) -> tuple[list[str], Array]:
+def _named(surface: PredictedSurface, path: TruePath, corrected: bool) -> tuple[list[str], Array]:
     """Causes with the controller's rounding and the cutter's run-out, and their parts of the deviations (P, C + 2)."""
-    names = [*(c.name for c in path.causes), _ROUNDING]
+    names = [*(c.name for c in path.causes), _CORRECTED if corrected else _ROUNDING]
     if not np.any(surface.runout):
         return names, np.column_stack([surface.shares, surface.rounding])
     return [*names, _RUNOUT], np.column_stack([surface.shares, surface.rounding, surface.runout])
 
 
-def causes_of(surface: PredictedSurface, path: TruePath) -> dict[str, float]:
-    """Rms (mm) of each cause's part of the deviations, the largest first."""
-    names, parts = _named(surface, path)
+def causes_of(surface: PredictedSurface, path: TruePath, *, corrected: bool = False) -> dict[str, float]:
+    """Rms (mm) of each cause's part of the deviations, the largest first; corrected: another program says what is meant."""
+    names, parts = _named(surface, path, corrected)
     sizes = np.sqrt(np.mean(parts**2, axis=0))
     return {names[k]: m_to_mm(float(sizes[k])) for k in np.argsort(-sizes)}
 
 
-def places_of(surface: PredictedSurface, path: TruePath) -> tuple[PredictedPlace, ...]:
+def places_of(surface: PredictedSurface, path: TruePath, *, corrected: bool = False) -> tuple[PredictedPlace, ...]:
     """The worst places, each the worst within some mm."""
-    names, parts = _named(surface, path)
+    names, parts = _named(surface, path, corrected)
     found = []
     for k in _worst(surface.point, np.abs(surface.deviation)):
         cause = int(np.argmax(np.abs(parts[k])))

@@ -35,6 +35,8 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
         for what, name in (("calibration", summary.calibration), ("diagnosis in", summary.diagnosis))
         if name
     )
+    if summary.meant:
+        known += f", held to what <b>{escape(summary.meant)}</b> asks for"
     body = "\n".join(
         [
             "<main>",

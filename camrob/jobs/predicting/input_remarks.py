@@ -1,0 +1,77 @@
+"""What is said of the files that a prediction was asked for with: where its figures mean less than they seem to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from camrob.cell.setup import Setup
+from camrob.findings import Finding, collapse
+from camrob.jobs.closing.compensated import said_to_be_compensated
+from camrob.prediction.force_model import CuttingForce, Milling
+from camrob.prediction.surface import PredictedSurface
+from camrob.summaries.remarks import Remark
+from camrob.units import m_to_mm
+
+__all__ = ["remarks_on"]
+
+_SAME = 1e-3  # of a diameter or a speed that is stated twice
+_MINUTE = 60.0  # s
+
+
+def remarks_on(
+    program: Path,
+    meant: Path | None,
+    setup: Setup,
+    pushes: CuttingForce | None,
+    surface: PredictedSurface,
+    findings: Sequence[Finding],
+) -> tuple[Remark, ...]:
+    """All that is said, of the program's own findings last."""
+    own = tuple(Remark(line=f.line, code=f.code, text=f.text, count=f.count) for f in collapse(list(findings)))
+    asked = (*_moved_on_purpose(program, meant), *_assumed(setup), *_other_tool(setup, pushes))
+    return (*asked, *_hardly_met(surface), *own)
+
+
+def _moved_on_purpose(program: Path, meant: Path | None) -> tuple[Remark, ...]:
+    """What a figure held to a compensated program's own targets is not."""
+    said = "" if meant is not None else said_to_be_compensated(program)
+    if not said:
+        return ()
+    text = (
+        f"{said} says that the program is compensated: held to its own targets, which were moved, the part is off by as much as "
+        "was taken off; give the program that it was made from as --meant"
+    )
+    return (Remark(line=0, code="compensated", text=text, count=1),)
+
+
+def _other_tool(setup: Setup, pushes: CuttingForce | None) -> tuple[Remark, ...]:
+    """Where the force is that of another cutter or speed than the set-up's."""
+    if pushes is None or not isinstance(pushes.model, Milling):
+        return ()
+    model, tool, found = pushes.model, setup.tool(), []
+    if tool.diameter and abs(model.diameter - tool.diameter) > _SAME * tool.diameter:
+        found.append(f"a cutter of {m_to_mm(model.diameter):g} mm, and the set-up one of {m_to_mm(tool.diameter):g}")
+    turns = model.rate * _MINUTE
+    if setup.spindle_rpm and abs(turns - setup.spindle_rpm) > _SAME * setup.spindle_rpm:
+        found.append(f"{turns:g} turns a minute, and the set-up {setup.spindle_rpm:g}")
+    return tuple(
+        Remark(line=0, code="force-of-another", text=f"{pushes.path.name} has {what}", count=1) for what in found
+    )
+
+
+def _hardly_met(surface: PredictedSurface) -> tuple[Remark, ...]:
+    """Where figures speak of a small part of what is cut."""
+    if surface.not_met <= len(surface.point):
+        return ()
+    share = 100.0 * surface.not_met / (surface.not_met + len(surface.point))
+    text = f"{share:.0f} % of the surface has no counterpart near on the machine as diagnosed: the figures are those of the rest"
+    return (Remark(line=0, code="hardly-met", text=text, count=1),)
+
+
+def _assumed(setup: Setup) -> tuple[Remark, ...]:
+    """What stock was made up, if the set-up names none."""
+    if setup.stock is not None:
+        return ()
+    text = "the set-up names no [stock]: a block as large as its part is cut"
+    return (Remark(line=0, code="assumed-stock", text=text, count=1),)
