@@ -79,7 +79,7 @@ PITCH_MM, FARTHEST, STRAIGHT = 0.5, 3e-3, 1e-6  # mm; m; m
 WAYS = ("posted", "compensated", "planned", "both")
 FAMILY, WITHHELD = "sealed", "withheld"
 ALIKE_MM = 5.0  # mm apart, that walls count which look opposite ways
-NEAR = 5e-4  # m off the CL data's way within which a run cuts
+NEAR = 5e-4  # m off the CL data's way within which a run cuts, as it was programmed or as the machine goes
 
 
 def world_of(program: Path) -> generator.World:
@@ -144,7 +144,12 @@ class Bench:
         tip, axis = plain[:, :3, 3], plain[:, :3, 2]
         rate = np.gradient(tip, t, axis=0)
         speed = np.linalg.norm(rate, axis=1)
-        cuts = (self.near.query(tip)[0] < NEAR) & (speed > 1e-4)
+        # a compensated program is off that way by as much as the machine errs, and the machine on it
+        unpushed = generator.World(t, command)
+        apply(unpushed)
+        _, encoder, world_T_tool = generator.show(unpushed, t)
+        there = in_base(world_T_tool, encoder[:, 7])[:, :3, 3]
+        cuts = (np.minimum(self.near.query(tip)[0], self.near.query(there)[0]) < NEAR) & (speed > 1e-4)
         x = rate - np.sum(rate * axis, axis=1, keepdims=True) * axis
         x /= np.maximum(np.linalg.norm(x, axis=1), 1e-9)[:, None]
         pushed = (STATED[0] * x + STATED[1] * np.cross(axis, x) + STATED[2] * axis) * cuts[:, None]
