@@ -102,7 +102,10 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
     try:
         robot = ElementTree.fromstring(text)
         return _chain(robot, table)
-    except (ElementTree.ParseError, ValueError) as error:
+    except ElementTree.ParseError as error:
+        what = f"is no URDF: it is not well-formed XML ({str(error)[:100]})"
+        raise table.fail("urdf", what, "give the file that ROS or the robot's maker calls a URDF") from None
+    except ValueError as error:
         raise table.fail("urdf", f"can't be read: {str(error)[:100]}", "give a URDF that a parser takes") from None
 
 

@@ -347,7 +347,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except usage_error as error:  # type: ignore[misc]
         context = getattr(error, "ctx", None)
         where = context.command_path if context is not None else "camrob"
-        what = " ".join(error.format_message().split()).rstrip(".")  # type: ignore[attr-defined]
+        what = " ".join(error.format_message().split()).rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
         typer.echo(f"{where}: {what}; see '{where} --help'", err=True)
         return 2
     except CamrobError as error:  # an option's value, before there is a job

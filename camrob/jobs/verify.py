@@ -22,7 +22,7 @@ from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.simulate import approximation, blocks_of
 from camrob.controller.trace import posture_trace
-from camrob.errors import JobError, ProgramError
+from camrob.errors import InputError, JobError, ProgramError
 from camrob.findings import Finding, Severity, collapse
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import JobInputs, read_inputs
@@ -120,6 +120,8 @@ def verify(
     start = time.perf_counter()
     share = partial(stage_of, progress)
     machine = cell_for("verify", cell)
+    if against is None:
+        _of_no_file(begin, clamping)
     inputs: JobInputs | None = None
     if against is not None:
         inputs = read_inputs(against, machine, setup, begin=begin, clamping=clamping, progress=share("read"))
@@ -190,6 +192,15 @@ def _replayed(
             report = _cell_collisions(text, replayed, share("collisions"))
             findings += report.findings
     return _Replayed(text, replayed, judgement, coverage, report, tuple(findings))
+
+
+def _of_no_file(begin: int, clamping: str | None) -> None:
+    """Raise InputError where a CL file that is not there is asked something of."""
+    if begin or clamping is not None:
+        option = "--begin" if begin else "--clamping"
+        raise InputError(
+            f"{option} says what of a CL file the program does, and none is given", hint="add --against CLFILE"
+        )
 
 
 def _of_file(findings: Sequence[Finding]) -> list[Finding]:

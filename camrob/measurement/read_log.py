@@ -44,6 +44,7 @@ _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT
 _ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
 _COMMAS = 1.5  # times the cells of the header: then commas are decimals' too
 _BLANKS = ("nan", "null", "-")
+_NAMES = "t, x y z, a b c, A1.. E1.., cA1.. cE1.., T1.. TE1.., M1.. ME1.., I1.. IE1.., temp, fx fy fz, line"  # COLUMNS in short
 _TIMES = ("time", "timestamp", "seconds", "zeit")
 _EPOCH = 1e8  # s: no run lasts three years, so that the clock counts from 1970 or so: from the first row then
 _SLOW_CELLS = 20_000_000  # entries: 640 MB of places
@@ -121,7 +122,7 @@ def _check_names(names: Sequence[str], path: Path, *, timed: bool = True) -> Non
             )
         raise LogError(
             f"has a column {shown}",
-            hint=f"leave it out, say in [table.columns] of its .toml what it is, or name it as here: {', '.join(COLUMNS)}",
+            hint=f"leave it out, say in [table.columns] of its .toml what it is, or name it as here: {_NAMES}",
             path=path,
             line=1,
         )

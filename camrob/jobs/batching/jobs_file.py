@@ -48,6 +48,9 @@ def read_jobs(path: Path, out: Path | None = None) -> tuple[BatchJob, ...]:
     Raises InputError naming file, key and hint.
     """
     path = Path(path)
+    if path.is_file() and path.suffix.lower() != ".toml":
+        hint = "give a JOBS.toml with a [[job]] for each; one CL file alone is for camrob post"
+        raise InputError("is no list of jobs", hint=hint, path=path)
     table = TableReader(read_toml(path, InputError), path, error=InputError)
     defaults = table.table("defaults") if "defaults" in table else TableReader({}, path, "defaults", error=InputError)
     entries = table.tables("job")

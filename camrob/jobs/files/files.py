@@ -20,13 +20,15 @@ __all__ = ["check_calibration_name", "check_file_name", "staged_output"]
 
 _STAGING = ".camrob-unfinished-"
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
+_SHOWN = 60  # of one that is refused
 _LONGEST = 200  # characters of a file's name: what every file system takes, with room for a suffix
 
 
 def check_file_name(name: str) -> str:
     """The name itself, where it is good as a file's name on any system. Raises InputError where it isn't."""
     if not name or len(name) > _LONGEST or not name.isprintable() or re.search(r'[/\\:*?"<>|]', name):
-        raise InputError(f"{name!r} can't be a file's name", hint="use letters, digits, - and _")
+        long = f", {len(name):,} characters long," if len(name) > _LONGEST else ""
+        raise InputError(f"{name[:_SHOWN]!r}{long} can't be a file's name", hint="use letters, digits, - and _")
     if name[0] in ".-" or name[-1] in ". " or name.partition(".")[0].upper() in _RESERVED:
         raise InputError(f"{name!r} can't be a file's name", hint="use letters, digits, - and _, a letter first")
     return name

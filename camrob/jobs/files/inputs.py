@@ -30,6 +30,7 @@ from camrob.units import mm_min_to_m_s, mm_to_m
 __all__ = ["JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs", "setup_of"]
 
 Array = NDArray[np.float64]
+_SHOWN = 60  # characters of a name that is refused
 
 # of a set-up that names none: a milling robot's void moves of 100 mm/s, and a clamp's height above the part
 RAPID_SPEED = mm_min_to_m_s(6000.0)
@@ -94,7 +95,8 @@ def program_name(clfile: Path, name: str | None, language: Language) -> str:
         return language.program_name(clfile.name.split(".")[0])
     plain = language.program_name(name)
     if plain != name:
-        what = f"--name {name!r} can't be a {language.title} module"
+        shown = name if len(name) <= _SHOWN else f"{name[:_SHOWN]}..."
+        what = f"--name {shown!r} can't be a {language.title} module"
         if name[:1].isalpha() and language.program_name(f"P_{name}") == f"P_{name}":
             what += f": {language.title} uses that word itself"
         raise InputError(what, hint=f"use {language.naming}, such as {plain}")
