@@ -15,6 +15,7 @@ from camrob.errors import CellError, JobError
 from camrob.findings import Finding
 from camrob.languages.krl import LANGUAGE, rounding
 from camrob.languages.krl.krl_text import comment_text, krl_name
+from camrob.languages.krl.writer import body
 from camrob.languages.krl.writer.lines import LineBlock, format_lines
 from camrob.languages.krl.writer.write_krl import iter_krl
 from camrob.program.motion import Motion
@@ -119,8 +120,25 @@ def test_unrounded_and_senseless_programs_are_refused():
         written(make_program([LIN], events=(ProgramEvent(0, ProgramEventKind.HOOK, "$OUT[1] = TRUE"),)))
     with pytest.raises(ValueError, match="external"):
         written(dataclasses.replace(program, external_names=("E1", "E9")))
+    for seconds in (-1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="dwell before motion 1 is not a time"):
+            written(make_program([LIN, LIN], events=(ProgramEvent(1, ProgramEventKind.DWELL, value=seconds),)))
     with pytest.raises(JobError, match="characters"):
         written(program, dataclasses.replace(CONTROLLER, max_line_length=150))
+
+
+@pytest.mark.parametrize("chunk", [2, 3, 4, 5])
+def test_motions_are_printed_and_measured_the_same_in_chunks_of_any_length(monkeypatch, chunk: int):
+    """No chunk ends between the auxiliary point of a CIRC and its end: the line of both would look shorter than it is."""
+    arc = [Motion.CIRC_VIA, Motion.CIRC_END]
+    expected = written(make_program([Motion.PTP_AXES, *[LIN, *arc, *arc, LIN] * 3]))
+    monkeypatch.setattr(body, "_CHUNK", chunk)
+    assert written(make_program([Motion.PTP_AXES, *[LIN, *arc, *arc, LIN] * 3])) == expected
+    for before in range(1, 6):
+        program = make_program([Motion.PTP_AXES, *[LIN] * before, *arc, LIN])
+        (longest,) = [len(line) for line in motions(written(program)["Fluegel_3.src"]) if line.startswith("CIRC")]
+        with pytest.raises(JobError, match=f"gets {longest} characters"):
+            written(program, dataclasses.replace(CONTROLLER, max_line_length=longest - 1))
 
 
 # --- splitting
