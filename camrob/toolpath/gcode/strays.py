@@ -37,6 +37,11 @@ def refuse_strays(block: Block, motion: int | None, *, vectors: bool, numbered: 
         raise ToolpathError(
             "G8 with axes: an arc that goes on from the way before it on Fagor's controls", hint="export arcs as G2, G3"
         )
+    if 490 in block.g and words.keys() >= {"X", "Y", "Z"} and not {0, 10, *_ARCS} & set(block.g):
+        raise ToolpathError(
+            "G49 with X, Y and Z and no G0 or G1: an inclined plane on Fagor's controls, a move to there on others",
+            hint="name the motion in the block, or take G49 out",
+        )
     if not _AREAS.isdisjoint(block.g) and not _PLACES.isdisjoint(words):
         raise ToolpathError(
             "G22, G25 or G26 with axes: they fence the working area and move nothing (Fanuc, Siemens), which is not read",

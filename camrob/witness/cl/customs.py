@@ -47,6 +47,8 @@ def astray(pairs: Pairs, motion: str, vectors: bool, numbered: bool) -> str:
         return "G22, G25 or G26 with axes, which fence an area"
     if numbered and codes & {"52", "59"} and named & set("XYZABC"):
         return "G52 or G59 with axes, which may be the machine's places, or a shift"
+    if "49" in codes and named >= set("XYZ") and not codes & {"0", "1", "2", "3"}:
+        return "G49 with X, Y, Z, which may be an inclined plane"
     if "8" in codes and "P" not in named and named & set("XYZ"):
         return "G8 with axes, which may be an arc"
     if "62" in codes and named & set("XYZ"):

@@ -66,9 +66,20 @@ def test_places_and_shifts_that_the_machine_has(tmp_path: Path, block: str) -> N
     assert not read_story(file).complete
 
 
-def test_fagors_arc_that_goes_on_is_no_line(tmp_path: Path) -> None:
-    """Fagor 8025, 8055: G8 X Y is an arc that touches the way before it."""
-    file = written(tmp_path, "%", (0, 0), "G8 X30 Y10")
-    with pytest.raises(ToolpathError, match="G8 with axes"):
+@pytest.mark.parametrize(
+    "block, match",
+    [("G8 X30 Y10", "G8 with axes"), ("G49 X10 Y0 Z5", "G49 with X, Y and Z"), ("G90 G49 X1 Y2 Z3", "G49 with X")],
+)
+def test_what_fagor_means_otherwise(tmp_path: Path, block: str, match: str) -> None:
+    """Fagor 8025, 8055: G8 X Y is an arc that touches the way before it, G49 X Y Z lays an inclined plane there."""
+    file = written(tmp_path, "%", (0, 0), block)
+    with pytest.raises(ToolpathError, match=match):
         read_toolpath(file)
     assert not read_story(file).complete
+
+
+def test_g49_with_a_motion_of_its_own_is_that_motion(tmp_path: Path) -> None:
+    file = written(tmp_path, "%", (0, 0), "X10\nN61 G0 G49 X1 Y2 Z60")
+    (region,) = read_toolpath(file).regions
+    np.testing.assert_allclose(region.position[region.move == Move.CUT] * 1e3, [[0, 0, 0], [10, 0, 0]], atol=1e-9)
+    assert read_story(file).complete
