@@ -215,6 +215,7 @@ def _taking_part(
     scenes: Sequence[Scene], kept_out: Sequence[Scene], effects: Sequence[Effect], extra: Sequence[Effect]
 ) -> tuple[Effect, ...]:
     """The effects that are compared on some logs. Raises what `diagnose` does, of logs and of a cell's own effects."""
+    check_believable(kept_out)
     taken = _started(_seen_by([*scenes, *kept_out], effects), check_believable(scenes))
     for effect in extra:
         faults = effect_faults(effect, [*scenes, *kept_out])

@@ -209,6 +209,14 @@ def test_the_size_of_an_effect_is_what_open_frames_leave_of_it() -> None:
     assert seen_rms(model, model.panels, "joint_offset") == pytest.approx(rms[1])
 
 
+def test_a_withheld_set_in_inches_is_refused_as_a_fitted_one_is() -> None:
+    """It was judged: a gap of a metre, of which nothing is known."""
+    asked = seen_from(postures(20, 2), seed=5, same_frame_as="set.csv", same_target_as="set.csv")
+    inches = {n: v / 25.4 if n in ("x", "y", "z") else v for n, v in asked.columns.items()}
+    with pytest.raises(LogError, match=r"asked\.csv.*in inches"):
+        diagnose([seen_from(postures(20, 1))], ur10(), withheld=[MeasurementLog(inches, asked.info, Path("asked.csv"))])
+
+
 def test_every_withheld_set_has_frames_of_its_own() -> None:
     """Two nights, each with the instrument and the reflector elsewhere: the second is judged as the first is."""
     other, moved = [1.1, 0.2, -0.3, -0.2, 0.9, 1.0], [-0.06, 0.02, 0.11, 0.0, 0.0, 0.0]
