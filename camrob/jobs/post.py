@@ -273,15 +273,14 @@ def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> 
         try:
             made = _fit_within_limits(order, inputs, sought, way, folder, watch, clock)
         except (CollisionError, VerificationError) as error:
-            first = first or error
+            first = first or (as_planned(error) if order.method == "planned" else error)
             continue
         if first is not None:
             blind = " by conditioning alone" if order.sought is not None and sought is None else ""
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    first = first or VerificationError(f"method {order.method} has no variant to try")
-    raise as_planned(first) if order.method == "planned" else first
+    raise first or VerificationError(f"method {order.method} has no variant to try")
 
 
 def _fit_within_limits(
