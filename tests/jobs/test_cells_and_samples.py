@@ -102,7 +102,7 @@ def test_camrobs_own_urdf_of_a_cell_comes_back_as_that_chain(tmp_path: Path) -> 
     [
         (ARM, None, "2 ends"),
         (ARM, "middle", "not a link"),
-        ("<robot", "right", "can't be read"),
+        ("<robot", "right", "not well-formed XML"),
         (ARM.replace('type="revolute"', 'type="floating"'), "right", "floating"),
     ],
 )
