@@ -106,7 +106,7 @@ def test_what_makes_it_worse_on_withheld_samples_is_said() -> None:
     figures["effects"] = [{**entry, "added_last": worse}]
     figures["together"] = {**figures["together"], "left_aside": 250}
     said = careful_text(diagnosis_summary(figures))
-    assert f"adding {entry['effect']} last makes it worse there, 0.080 → 0.110 mm" in said
+    assert f"adding {entry['effect'].replace('_', ' ')} last makes it worse there, 0.080 → 0.110 mm" in said
     assert "250 samples are left out" in said
     figures["together"] = {**figures["together"], "shrink": -0.2, "rms_before_mm": 0.1, "rms_after_mm": 0.12}
     assert "all together leave more than there was" in careful_text(diagnosis_summary(figures))
