@@ -14,6 +14,7 @@ from camrob.toolpath.apt.state import Machine, unit_axis
 
 __all__ = [
     "Table",
+    "by_two",
     "camera",
     "csys",
     "matrix_rows",
@@ -21,6 +22,7 @@ __all__ = [
     "rigid",
     "rotation",
     "set_frame",
+    "set_operation_frame",
     "set_transformed",
     "tracut",
     "trans",
@@ -62,6 +64,19 @@ def set_frame(m: Machine, part_R_cl: NDArray[np.float64], part_p_cl: NDArray[np.
     m.announce("")
 
 
+def set_operation_frame(m: Machine, R: NDArray[np.float64], origin: NDArray[np.float64], line: int) -> None:
+    """An operation begins in a frame of its own, printed as R (3, 3) and origin (3,) in the file's unit; the tool stands along
+    its z until a GOTO tilts it. Raises ToolpathError where R is no rotation.
+    """
+    set_frame(m, rotation(R, line), origin * m.scale, line)
+    m.set_axis(np.array([0.0, 0.0, 1.0]), line)
+
+
+def by_two(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) a frame's axes as columns, of its x and y axis (3,)."""
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
 def set_transformed(m: Machine, part_R_cl: NDArray[np.float64], part_p_cl: NDArray[np.float64], line: int) -> None:
     """As `set_frame`, of a matrix of APT's: it takes the points along, and the tool axes that are printed (MULTAX).
 
@@ -80,8 +95,7 @@ def msys(m: Machine, s: Statement) -> None:
         raise ToolpathError("MSYS behind TRANS", hint="end TRANS before it", line=s.line)
     if len(v) != 9:
         raise ToolpathError(f"MSYS has {len(v)} numbers, not 9", hint=_HINT, line=s.line)
-    x, y = v[3:6], v[6:9]
-    set_frame(m, rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), v[:3] * m.scale, s.line)
+    set_frame(m, rotation(by_two(v[3:6], v[6:9]), s.line), v[:3] * m.scale, s.line)
 
 
 def tracut(m: Machine, s: Statement) -> None:

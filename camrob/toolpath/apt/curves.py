@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from camrob.errors import ToolpathError
 from camrob.toolpath.apt.bspline import clamped_spline, sample_spline
 from camrob.toolpath.apt.lexer import Statement, number_of
-from camrob.toolpath.apt.state import Machine
+from camrob.toolpath.apt.state import Curve, Machine
 from camrob.toolpath.region import Move
 from camrob.toolpath.sampling import arc_angle, arc_radius, sample_arc
-from camrob.units import mm_to_m
+from camrob.units import mm_to_m, rad_to_deg
 
-__all__ = ["Nurbs", "arc_to", "circle", "indirv", "tlon"]
+__all__ = ["Nurbs", "arc_of", "arc_to", "circle", "indirv", "tlon", "turned_by"]
 
 _MISFIT_MM = 0.05  # start and end may differ in radius by rounding, not by more than this
 _FLAT_MM = 0.001  # an axial rise below this is rounding: the arc stays an arc
@@ -27,6 +27,11 @@ _TLON = re.compile(r"\(\s*CIRCLE\s*/([^()]*)\)\s*,\s*ON\s*,.*\(\s*LINE\s*/([^()]
 
 def circle(m: Machine, s: Statement) -> None:
     """CIRCLE/centre, axis[, radius, ...][, TIMES, n]: the way to the next GOTO's point is this arc."""
+    m.curve = arc_of(m, s)
+
+
+def arc_of(m: Machine, s: Statement) -> Curve:
+    """The arc that a CIRCLE asks for, to be taken to the next GOTO's point. Raises ToolpathError for a damaged one."""
     v = s.numbers
     turns = 0
     if "TIMES" in s.words:
@@ -55,7 +60,21 @@ def circle(m: Machine, s: Statement) -> None:
     m.curve_line = s.line
     if m.dialect.left_handed_arcs is None:
         _check_sense(m, center, axis, s.line)
-    m.curve = lambda end, tool, line: arc_to(m, end, center, axis, turns, tool, line, radius)
+    return lambda end, tool, line: arc_to(m, end, center, axis, turns, tool, line, radius)
+
+
+def turned_by(
+    m: Machine, end: NDArray[np.float64], center: NDArray[np.float64], axis: NDArray[np.float64], line: int
+) -> float:
+    """Degrees by which an arc turns from where the tool is to `end`, right-handed about a unit axis, all in the part's frame."""
+    return rad_to_deg(arc_angle(_start(m, line), end, center, axis))
+
+
+def _start(m: Machine, line: int) -> NDArray[np.float64]:
+    """Where an arc begins. Raises ToolpathError where nobody knows."""
+    if m.position is None:
+        raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
+    return m.position
 
 
 def _check_sense(m: Machine, center: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:
@@ -89,10 +108,9 @@ def arc_to(
     In rapid where RAPID stands before it. Raises ToolpathError where there is no start, or where start and end don't lie on
     one circle.
     """
-    if m.position is None:
-        raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
+    start = _start(m, line)
     rapid, m.rapid = m.rapid, False
-    start, feed = m.position, 0.0 if rapid else m.cut_feed(line)
+    feed = 0.0 if rapid else m.cut_feed(line)
     r0, r1 = arc_radius(start, center, axis), arc_radius(end, center, axis)
     slack = max(mm_to_m(_MISFIT_MM), 1e-4 * r0)
     if abs(r0 - r1) > slack or (radius > 0.0 and abs(r0 - radius) > slack):
@@ -140,11 +158,10 @@ def tlon(m: Machine, s: Statement) -> None:
             hint="switch circular output off in the CAM system",
             line=s.line,
         )
-    if m.position is None:
-        raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=s.line)
+    start = _start(m, s.line)
     center, end = m.to_part(np.array(numbers[:3])), m.to_part(np.array(numbers[7:]))
     normal = m.position_axis
-    ahead = float(np.cross(normal, m.position - center) @ m.direction)
+    ahead = float(np.cross(normal, start - center) @ m.direction)
     arc_to(m, end, center, normal if ahead > 0.0 else -normal, 0, normal, s.line, numbers[3] * m.scale)
     m.direction = None
 

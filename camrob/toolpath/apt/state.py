@@ -19,7 +19,10 @@ from camrob.toolpath.region import Event, EventKind, Move, Region
 from camrob.toolpath.toolpath import Tool
 from camrob.toolpath.toolpath_builder import RegionBuilder, clean_text
 
-__all__ = ["LARGEST", "Machine", "unit_axis"]
+__all__ = ["LARGEST", "Curve", "Machine", "unit_axis"]
+
+Curve = Callable[[NDArray[np.float64], NDArray[np.float64], int], None]
+"""What goes along a curve to an end (3,), m, and a tool axis (3,) there, in the part's frame; of the line that names them."""
 
 LARGEST = 1e9  # of any number in a file; beyond lies damage
 
@@ -90,9 +93,7 @@ class Machine:
     mark: _Mark | None = None
     announced: int = 0  # how many operations have been announced
     findings: list[Finding] = field(default_factory=list)
-    curve: Callable[[NDArray[np.float64], NDArray[np.float64], int], None] | None = (
-        None  # an arc that waits for its end
-    )
+    curve: Curve | None = None  # an arc that waits for its end
     curve_line: int = 0
     direction: NDArray[np.float64] | None = None  # INDIRV, in the part's frame
     settle: Callable[[int], None] | None = None  # makes a pending change of frame good, before the next motion
@@ -251,6 +252,16 @@ class Machine:
             text = "the cutter's size changes and no tool is changed: the tool that is in the spindle goes on"
             self.find("cutter-changed", text, self.cutter_line)
             self.region_tool = Tool(old.number, old.name, *self.cutter)
+
+    def take_work_offset(self, word: str, number: float | None, line: int) -> None:
+        """A work offset of the controller's is the part's zero as long as it stays the same. Raises ToolpathError for another."""
+        if number is None or self.work_offset not in (None, number):
+            raise ToolpathError(
+                f"{word} names another work offset than before: where it lies, the file doesn't say",
+                hint="post the operations of each work offset by themselves",
+                line=line,
+            )
+        self.work_offset = number
 
     # -- motions ------------------------------------------------------------------------------------------------
 

@@ -104,8 +104,7 @@ class Placing:
         if len(values) != 9:
             self._tell.hidden["frame"] = (s.line, "MSYS that has not nine numbers")
             return
-        x, y = values[3:6], values[6:9]
-        self._frame(np.column_stack([x, y, np.cross(x, y)]), values[:3] * self.scale, s.line)
+        self._frame(_axes(values[3:6], values[6:9]), values[:3] * self.scale, s.line)
 
     def mcs(self, s: Statement) -> None:
         """Autodesk's for CAMplete: the three axes of the points' frame, then its origin. MCS2: the axes again."""
@@ -126,8 +125,7 @@ class Placing:
             self._tell.hidden["frame"] = (s.line, "MCSYS that is not NUM, POINT, VECTOR, VECTOR")
             return
         self._work_offset(values[0], s.line)
-        x, y = values[4:7], values[7:10]
-        if self._frame(np.column_stack([x, y, np.cross(x, y)]), values[1:4] * self.scale, s.line):
+        if self._frame(_axes(values[4:7], values[7:10]), values[1:4] * self.scale, s.line):
             self.axis = _Z
 
     def zero(self, s: Statement) -> None:
@@ -232,3 +230,8 @@ class Placing:
             self._tell.hidden["table"] = (line, "ROTABL turns the table to where TLAXIS is not")
             return
         self._frame(table, np.zeros(3), line)
+
+
+def _axes(x: Array, y: Array) -> Array:
+    """(3, 3) the axes of a frame as columns."""
+    return np.column_stack([x, y, np.cross(x, y)])

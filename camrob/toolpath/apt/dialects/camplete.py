@@ -6,17 +6,16 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.apt.coordinates import rotation, set_frame
-from camrob.toolpath.apt.curves import circle
+from camrob.toolpath.apt.coordinates import set_operation_frame
+from camrob.toolpath.apt.curves import arc_of, turned_by
 from camrob.toolpath.apt.cycles import Cycle, cycle_fields, keyed_cycle
 from camrob.toolpath.apt.dialects.dialect import Dialect, score
-from camrob.toolpath.apt.dialects.fusion import milling, quoted_message
+from camrob.toolpath.apt.dialects.fusion import milling, nothing, quoted_message
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import Machine
-from camrob.toolpath.sampling import arc_angle
-from camrob.units import rad_to_deg
 
 __all__ = ["CAMPLETE"]
 
@@ -46,12 +45,11 @@ def _cycle(s: Statement) -> Cycle:
 
 
 def _mcs(m: Machine, s: Statement) -> None:
-    """MCS/: axes and origin of the frame of the points, in the part's; the tool stands along its z until a GOTO tilts it."""
+    """MCS/: axes and origin of the frame of the points, in the part's."""
     if len(s.numbers) != 12:
         raise ToolpathError(f"MCS has {len(s.numbers)} numbers, not 12", hint="output it again", line=s.line)
     rows = np.array(s.numbers).reshape(4, 3)
-    set_frame(m, rotation(rows[:3].T, s.line), rows[3] * m.scale, s.line)
-    m.set_axis(np.array([0.0, 0.0, 1.0]), s.line)
+    set_operation_frame(m, rows[:3].T, rows[3], s.line)
 
 
 def _mcs2(m: Machine, s: Statement) -> None:
@@ -64,18 +62,11 @@ def _circle(m: Machine, s: Statement) -> None:
     """CIRCLE/centre, axis, radius, sweep, 0, 0, 0: left-handed about its axis; the sweep says the same once more."""
     if len(s.numbers) != 11:
         raise ToolpathError("CIRCLE without centre, axis, radius and sweep", hint="output it again", line=s.line)
-    start, center, normal = (
-        m.position,
-        m.to_part(np.array(s.numbers[:3])),
-        m.handed * m.part_R_cl @ np.array(s.numbers[3:6]),
-    )
-    circle(m, s)
-    along = m.curve
+    along, center = arc_of(m, s), m.to_part(np.array(s.numbers[:3]))
+    normal = m.handed * m.part_R_cl @ np.array(s.numbers[3:6])
 
-    def arc(end: np.ndarray, tool: np.ndarray, line: int) -> None:
-        if start is None or along is None:
-            raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
-        turned = rad_to_deg(arc_angle(start, end, center, -normal / np.linalg.norm(normal)))
+    def arc(end: NDArray[np.float64], tool: NDArray[np.float64], line: int) -> None:
+        turned = turned_by(m, end, center, -normal / np.linalg.norm(normal), line)
         if abs(math.remainder(turned - s.numbers[7], 360.0)) > _NEAR:
             what = f"CIRCLE names a sweep of {s.numbers[7]:g} degrees, and to its end the arc turns {turned:.3f}"
             raise ToolpathError(what, hint="output the arcs as lines", line=s.line)
@@ -85,11 +76,8 @@ def _circle(m: Machine, s: Statement) -> None:
 
 
 def _zero(m: Machine, s: Statement) -> None:
-    """ZERO/n: the work offset of the controller's, which is the part's zero as long as it stays the same."""
-    if len(s.numbers) != 1 or m.work_offset not in (None, s.numbers[0]):
-        what = "ZERO names another work offset than before: where it lies, the file doesn't say"
-        raise ToolpathError(what, hint="post the operations of each work offset by themselves", line=s.line)
-    m.work_offset = s.numbers[0]
+    """ZERO/n: the work offset."""
+    m.take_work_offset("ZERO", s.numbers[0] if len(s.numbers) == 1 else None, s.line)
 
 
 CAMPLETE = Dialect(
@@ -107,6 +95,6 @@ CAMPLETE = Dialect(
         "MODE": milling,
         "ZERO": _zero,
         "CSI_TOOL_PATH": lambda m, s: m.announce(s.text),
-        **dict.fromkeys(("START", "OPERATION", "CSI_PATH_TOLERANCE"), lambda m, s: None),
+        **dict.fromkeys(("START", "OPERATION", "CSI_PATH_TOLERANCE"), nothing),
     },
 )

@@ -33,9 +33,7 @@ class Dialect:
     table_radians: bool = False  # ROTABL is in radians, and points are in the frame of the turned part
     cutter_is_tool: bool = False  # there is no LOAD: another CUTTER means another tool
     insert_names_tool: bool = False  # INSERT before CUTTER holds the tool's name
-    contour_behind_cutcom: bool = (
-        False  # the CAM system's "in control": the points are the part's contour, not the tool's path
-    )
+    contour_behind_cutcom: bool = False  # CUTCOM means that the points are the part's contour ("in control")
     must_end: bool = False  # the system always writes FINI: a file without it was cut off
     words: Mapping[str, Callable[[Any, Statement], None]] = field(default_factory=dict)
 

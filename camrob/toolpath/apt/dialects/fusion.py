@@ -8,15 +8,13 @@ import re
 import numpy as np
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.apt.curves import circle
+from camrob.toolpath.apt.curves import arc_of, turned_by
 from camrob.toolpath.apt.cycles import Cycle
 from camrob.toolpath.apt.dialects.dialect import Dialect, score
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import Machine
-from camrob.toolpath.sampling import arc_angle
-from camrob.units import rad_to_deg
 
-__all__ = ["FUSION", "milling", "quoted_message", "unclear_cycle"]
+__all__ = ["FUSION", "milling", "nothing", "quoted_message", "unclear_cycle"]
 
 _NEAR = 0.5  # degrees: between the angle that MOVARC names and the arc's own
 
@@ -52,26 +50,18 @@ def _movarc(m: Machine, s: Statement) -> None:
         "." in part for part in s.text.split(",")[:6]
     )  # numbers with a point each: the edition that signs them
     plain = Statement("CIRCLE", ",".join(s.text.split(",")[:7]), s.line)
-    start, center = m.position, m.to_part(np.array(s.numbers[:3]))
-    circle(m, plain)
-    along = m.curve
+    along, center = arc_of(m, plain), m.to_part(np.array(s.numbers[:3]))
     normal = m.handed * m.part_R_cl @ np.array(s.numbers[3:6])
 
     def arc(end: np.ndarray, tool: np.ndarray, line: int) -> None:
-        if start is None or along is None:
-            raise ToolpathError("an arc has no start: no point stands before it", hint="start with a GOTO", line=line)
-        turned = rad_to_deg(arc_angle(start, end, center, normal / float(np.linalg.norm(normal))))
+        turned = turned_by(m, end, center, normal / float(np.linalg.norm(normal)), line)
         other = 360.0 - turned  # degrees of a turn
         half = abs(turned - other) < _NEAR
         if abs(math.remainder(turned - angle, 360.0)) < _NEAR and (signed or not half):
             along(end, tool, line)
             return
         if abs(other - angle) < _NEAR and not half and not signed:
-            back = Statement("CIRCLE", f"{plain.text},CLW", s.line)
-            circle(m, back)
-            if m.curve is not None:
-                backwards, m.curve = m.curve, None
-                backwards(end, tool, line)
+            arc_of(m, Statement("CIRCLE", f"{plain.text},CLW", s.line))(end, tool, line)
             return
         raise ToolpathError(
             "MOVARC whose angle does not say which way round it goes",
@@ -91,6 +81,10 @@ def milling(m: Machine, s: Statement) -> None:
             hint="give the milling operations a CL file of their own",
             line=s.line,
         )
+
+
+def nothing(m: Machine, s: Statement) -> None:
+    """A word of the machine's own that moves nothing."""
 
 
 FUSION = Dialect(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.apt.coordinates import rotation, set_frame
+from camrob.toolpath.apt.coordinates import by_two, set_operation_frame
 from camrob.toolpath.apt.curves import circle
 from camrob.toolpath.apt.dialects.dialect import Dialect, score
-from camrob.toolpath.apt.dialects.fusion import milling, quoted_message, unclear_cycle
+from camrob.toolpath.apt.dialects.fusion import milling, nothing, quoted_message, unclear_cycle
 from camrob.toolpath.apt.lexer import Statement
 from camrob.toolpath.apt.state import Machine
 
@@ -37,23 +37,14 @@ def _keyed(s: Statement, form: tuple[str | int, ...]) -> list[float]:
 def _mcsys(m: Machine, s: Statement) -> None:
     """MCSYS/NUM, n, POINT, origin, VECTOR, x, VECTOR, y: the frame of the points, in the part's; n is the work offset."""
     number, *v = _keyed(s, _MCSYS)
-    if m.work_offset not in (None, number):
-        what = "MCSYS names another work offset than before: where it lies, the file doesn't say"
-        raise ToolpathError(what, hint="post the operations of each work offset by themselves", line=s.line)
-    m.work_offset = number
-    x, y = np.array(v[3:6]), np.array(v[6:9])
-    set_frame(m, rotation(np.column_stack([x, y, np.cross(x, y)]), s.line), np.array(v[:3]) * m.scale, s.line)
-    m.set_axis(np.array([0.0, 0.0, 1.0]), s.line)
+    m.take_work_offset("MCSYS", number, s.line)
+    set_operation_frame(m, by_two(np.array(v[3:6]), np.array(v[6:9])), np.array(v[:3]), s.line)
 
 
 def _movarc(m: Machine, s: Statement) -> None:
     """MOVARC/CENTER, ..., AXIS, ..., RADIUS, r: an arc to the next GOTO, right-handed about its axis, less than one turn."""
     v = _keyed(s, _MOVARC)
     circle(m, Statement("CIRCLE", ",".join(map(repr, v)), s.line))
-
-
-def _nothing(m: Machine, s: Statement) -> None:
-    """Of the machine's own: its stock, its clamps, its tool centre point, the rise of an arc that its end has anyway."""
 
 
 MORI = Dialect(
@@ -69,6 +60,8 @@ MORI = Dialect(
         "MODE": milling,
         "APPLY": milling,
         "OPNAME": lambda m, s: m.announce(s.text.strip().strip("'")),
-        **dict.fromkeys(("BEGIN", "MATERL", "CLAMP", "TCP", "ARCSLP"), _nothing),
+        **dict.fromkeys(
+            ("BEGIN", "MATERL", "CLAMP", "TCP", "ARCSLP"), nothing
+        ),  # stock, clamps, tool centre point; the rise that an arc's end has anyway
     },
 )
