@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -154,13 +154,9 @@ def shrinkage(
     at_drives: of logs that tell both ends of the drives, the part of the gap that lies between these; frames have none of it.
     """
     kept = members if keep is None else keep
-    fits: dict[int | None, Fitted] = {}
     before, after, blocks, floors = [], [], [], []
-    for k, rows, left_out in trial.asked:
-        if left_out not in fits:
-            fits[left_out] = model.fit(members | model.evidence.always, () if left_out is None else (left_out,))
-        p = trial.panels[k]
-        values = np.where(np.isin(model.design.owner, list(kept)), fits[left_out].mean, 0.0)
+    for p, rows, fitted in _asked(model, trial, members):
+        values = np.where(np.isin(model.design.owner, list(kept)), fitted.mean, 0.0)
         if at_drives:
             gap, moved = drives_gap(p, rows), p.carried(p.errors(values, rows), rows)
             before.append(gap)
@@ -174,15 +170,22 @@ def shrinkage(
     return Shrinkage(*(np.concatenate(x) for x in (before, after, blocks, floors)))
 
 
+def _asked(model: Model, trial: Trial, members: Set) -> Iterator[tuple[Panel, NDArray[np.bool_], Fitted]]:
+    """Each log with its withheld rows, and `members` fitted without what was left out for them: once for each that was."""
+    fits: dict[int | None, Fitted] = {}
+    for k, rows, left_out in trial.asked:
+        if left_out not in fits:
+            fits[left_out] = model.fit(members | model.evidence.always, () if left_out is None else (left_out,))
+        yield trial.panels[k], rows, fits[left_out]
+
+
 def doubt_of_shrinkage(model: Model, trial: Trial, keep: Set) -> float:
     """m (rms), by how much what `keep` does to withheld samples may be off, fitted beside the best set, as its values are not
     known better and its effects are described no better.
     """
     chosen = np.flatnonzero(np.isin(model.design.owner, list(keep)))
     doubts = []
-    for k, rows, left_out in trial.asked:
-        fitted = model.fit(model.best.members | model.evidence.always, () if left_out is None else (left_out,))
-        p = trial.panels[k]
+    for p, rows, fitted in _asked(model, trial, model.best.members):
         X = p.tcp[:, :3, chosen][rows]
         spread = np.einsum("nik,kl,nil->n", X, fitted.spread.block(chosen), X, optimize=True)
         for i in keep:
