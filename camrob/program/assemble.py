@@ -128,7 +128,7 @@ def _with_leads(
     PTP to each stretch's first.
     """
     first = Motion.PTP_AXES if spherical_arm(cell) is None else Motion.PTP_POSE
-    kind, none = made.kind.copy(), np.zeros((0, len(cell)))
+    kind = made.kind.copy()
     parts: list[_Rows] = []
     last = cell.to_axis_values(cell.q_home)
     parts.append(_lead(cell, home_values(cell, last), 0))
@@ -138,12 +138,10 @@ def _with_leads(
         if k or (process.mounts_first and cell.controller.tool_change_pose is not None):
             parts.append(_lead(cell, change_values(cell, last), k))
         last = made.axis_values[here[-1]]
-        into, out = (
-            cell.to_axis_values(np.asarray(q)) for q in ((leads[k].into, leads[k].out) if leads else (none, none))
-        )
-        parts += [_lead(cell, values, k) for values in into]
+        lead = leads[k] if leads else Lead.straight(len(cell))
+        parts += [_lead(cell, values, k) for values in cell.to_axis_values(np.asarray(lead.into))]
         parts.append(_Rows(made.point[here], made.q[here], made.axis_values[here], kind[here], made.stretch[here]))
-        parts += [_lead(cell, values, k) for values in out]
+        parts += [_lead(cell, values, k) for values in cell.to_axis_values(np.asarray(lead.out))]
     behind = any(c.region == len(points.regions) for c in process.changes)
     if behind and cell.controller.tool_change_pose is not None:
         last = change_values(cell, last)

@@ -57,6 +57,12 @@ class Lead:
         for name in ("into", "out"):
             object.__setattr__(self, name, locked(getattr(self, name), shape=(None, None), name=name))
 
+    @classmethod
+    def straight(cls, axes: int) -> Lead:
+        """Straight both ways, of a cell of so many axes."""
+        none = np.zeros((0, axes))
+        return cls(none, none)
+
 
 @dataclass(frozen=True, slots=True)
 class Solution:

@@ -71,14 +71,9 @@ def joined_solutions(cell: Cell, stretches: Sequence[Stretch]) -> tuple[ToolPath
             replace(f, point=f.point + begin if f.point >= 0 else -1) for begin, s in placed for f in s.findings
         ),
         plan=_joined_plans(path, stretches),
-        leads=tuple(lead for s in stretches for lead in (s.solution.leads or (_straight(cell),))),
+        leads=tuple(lead for s in stretches for lead in (s.solution.leads or (Lead.straight(len(cell)),))),
     )
     return path, whole
-
-
-def _straight(cell: Cell) -> Lead:
-    none = np.zeros((0, len(cell)))
-    return Lead(none, none)
 
 
 def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanReport | None:

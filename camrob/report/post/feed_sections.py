@@ -130,7 +130,7 @@ def torque_section(torques: Torques | None) -> str:
         unit, most, gravity = (
             ("Nm", row.max_nm, row.gravity_max_nm) if row.max_n is None else ("N", row.max_n, row.gravity_max_n)
         )
-        place = f"{escape(row.line)}" if row.line else "travel"
+        place = escape(row.line) if row.line else "travel"
         rows.append(
             f'<tr><td>{escape(axis)}</td><td class="n">{number(most, 1, unit)}</td><td class="n">{number(gravity, 1, unit)}</td>'
             f'<td class="n">{place}</td></tr>'
