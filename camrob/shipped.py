@@ -6,7 +6,7 @@ from pathlib import Path
 
 from camrob.errors import InputError
 
-__all__ = ["shipped_cell", "shipped_cells", "shipped_samples"]
+__all__ = ["cell_beside", "shipped_cell", "shipped_cells", "shipped_samples"]
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -41,6 +41,12 @@ def shipped_cell(name: str) -> Path:
     if name not in cells:
         raise InputError(f"no cell {name[:60]!r} comes with camrob", hint=f"take one of {', '.join(cells)}")
     return cells[name]
+
+
+def cell_beside(folder: Path, named: str) -> Path:
+    """The cell that a file in a folder names: a path from there, or where nothing is there the shipped cell of that name."""
+    path = folder / named
+    return path if path.exists() else shipped_cells().get(named, path)
 
 
 def _folders(kind: str, holding: str) -> dict[str, Path]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,13 +17,13 @@ from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.gap.observation.program_track import motions_of_lines
 from camrob.jobs.close_loop import close_loop
-from camrob.jobs.closing.measured_path import intended_path, measured_off_path
+from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
 from camrob.jobs.closing.off_way import off_path_size
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
 from camrob.program.motion import Motion
-from camrob.summaries.compensate_summary import OffPathSize
+from camrob.program.program_text import ProgramText
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -92,39 +93,43 @@ def true_machine(world) -> None:
     world.link[:, 0] += generator.play(world.command[:, 0], 0.012 * closed_loop.DEG)
 
 
-def test_a_piece_of_a_run_says_nothing_of_the_rest(job: Path, tmp_path: Path, monkeypatch) -> None:
+class Ran(NamedTuple):
+    """The first turn of a loop as the true machine ran it: its program, the file that it lies in, and its log."""
+
+    file: Path
+    program: ProgramText
+    log: MeasurementLog
+
+    def off_path(self, columns) -> OffPath:
+        """How far the tool was off by some columns of a log."""
+        cell = read_cell(closed_loop.CELL)
+        log, rows = MeasurementLog(columns, self.log.info), np.arange(len(self.program))
+        return measured_off_path(log, self.program, cell, intended_path(self.program, cell), rows)
+
+
+@pytest.fixture
+def ran(job: Path, tmp_path: Path, monkeypatch) -> Ran:
     monkeypatch.setattr(closed_loop, "ROWS", slice(0, None, 10))
-    out = tmp_path / "loop"
-    close_loop(job, out=out)
-    file = out / "turn_1" / "short.src"
-    log, program, cell = closed_loop.run_on_cell(file, true_machine, 1), read_krl(file), read_cell(closed_loop.CELL)
-    intended, rows = intended_path(program, cell), np.arange(len(program))
+    close_loop(job, out=tmp_path / "loop")
+    file = tmp_path / "loop" / "turn_1" / "short.src"
+    return Ran(file, read_krl(file), closed_loop.run_on_cell(file, true_machine, 1))
+
+
+def test_a_piece_of_a_run_says_nothing_of_the_rest(ran: Ran) -> None:
     for without in ((), ("line",)):
-        columns = {k: v for k, v in log.columns.items() if k not in without}
-        whole = measured_off_path(MeasurementLog(columns, log.info), program, cell, intended, rows)
+        columns = {k: v for k, v in ran.log.columns.items() if k not in without}
+        whole = ran.off_path(columns)
         assert 1e-5 < np.median(whole.distance.off) < 1e-3
-        for kept in (slice(0, len(log) // 3), slice(len(log) // 3, None)):
-            piece = MeasurementLog({k: v[kept] for k, v in columns.items()}, log.info)
+        for kept in (slice(0, len(ran.log) // 3), slice(len(ran.log) // 3, None)):
             with pytest.raises(InputError, match=r"shows the tool on \d+ % of the way"):
-                measured_off_path(piece, program, cell, intended, rows)
+                ran.off_path({k: v[kept] for k, v in columns.items()})
 
 
-def test_a_tool_that_waits_where_it_is_off_counts_no_more_for_it(job: Path, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr(closed_loop, "ROWS", slice(0, None, 10))
-    out = tmp_path / "loop"
-    close_loop(job, out=out)
-    file = out / "turn_1" / "short.src"
-    log, program, cell = closed_loop.run_on_cell(file, true_machine, 1), read_krl(file), read_cell(closed_loop.CELL)
-    intended, rows = intended_path(program, cell), np.arange(len(program))
-
-    def measured(columns) -> OffPathSize:
-        return off_path_size(
-            measured_off_path(MeasurementLog(columns, log.info), program, cell, intended, rows).distance
-        )
-
-    ran = measured(log.columns)
+def test_a_tool_that_waits_where_it_is_off_counts_no_more_for_it(ran: Ran) -> None:
+    log, program = ran.log, ran.program
+    usual = off_path_size(ran.off_path(log.columns).distance)
     cut = np.flatnonzero(np.asarray(program.kind)[motions_of_lines(program, log.columns["line"])] >= Motion.LIN)
-    off = closed_loop.off_path(log, file)[cut]
+    off = closed_loop.off_path(log, ran.file)[cut]
     worst = int(cut[np.argmax(off)])
     # half as long again at that place as the whole run takes, with the instrument's noise
     order = np.concatenate([np.arange(worst + 1), np.full(len(log) // 2, worst), np.arange(worst + 1, len(log))])
@@ -133,9 +138,9 @@ def test_a_tool_that_waits_where_it_is_off_counts_no_more_for_it(job: Path, tmp_
     noise = np.random.default_rng(5)
     for name in "xyz":
         held[name][worst + 1 : worst + 1 + len(log) // 2] += noise.normal(0.0, closed_loop.SIGMA_MM, len(log) // 2)
-    waited = measured(held)
-    assert waited.rms_mm == pytest.approx(ran.rms_mm, rel=0.01)
-    assert waited.p95_mm == pytest.approx(ran.p95_mm, rel=0.01)
+    waited = off_path_size(ran.off_path(held).distance)
+    assert waited.rms_mm == pytest.approx(usual.rms_mm, rel=0.01)
+    assert waited.p95_mm == pytest.approx(usual.p95_mm, rel=0.01)
     by_rows = np.concatenate([off, np.full(len(log) // 2, off.max())])
     assert np.sqrt(np.mean(by_rows**2)) > 1.1 * np.sqrt(np.mean(off**2))
 

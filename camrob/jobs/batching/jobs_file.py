@@ -17,7 +17,7 @@ from camrob.jobs.files.cell_for import language_for
 from camrob.jobs.files.files import check_file_name
 from camrob.jobs.files.inputs import program_name
 from camrob.program.language import Language
-from camrob.shipped import shipped_cells
+from camrob.shipped import cell_beside
 
 __all__ = ["BatchJob", "read_jobs"]
 
@@ -149,9 +149,7 @@ def _job(
     shown: dict[Path, str] = {}
 
     def absolute(text: str) -> Path:
-        path = base / text
-        if text == values.get("cell") and not path.exists():
-            path = shipped_cells().get(text, path)
+        path = cell_beside(base, text) if text == values.get("cell") else base / text
         whole = path.parent.resolve() / path.name if path.name not in ("", "..") else path.resolve()
         shown[whole] = str(path)
         return whole

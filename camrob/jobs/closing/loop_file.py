@@ -11,7 +11,7 @@ from camrob.cell.read_cell import read_toml
 from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.jobs.solving.resolved_job import METHODS
-from camrob.shipped import shipped_cells
+from camrob.shipped import cell_beside
 
 __all__ = ["LoopJob", "Rehearsal", "read_loop_job"]
 
@@ -71,12 +71,10 @@ def read_loop_job(path: Path) -> LoopJob:
         return path.parent / of.text(key) if key in of else None
 
     toolpath = path.parent / table.text("toolpath")
-    named = table.text("cell")
-    cell = path.parent / named
     job = LoopJob(
         path=path,
         toolpath=toolpath,
-        cell=cell if cell.exists() else shipped_cells().get(named, cell),
+        cell=cell_beside(path.parent, table.text("cell")),
         setup=file(table, "setup"),
         method=table.text("method", choices=tuple(METHODS)) if "method" in table else "vjm",
         tolerance_mm=table.number("tolerance_mm", lower=1e-4, upper=100.0),
