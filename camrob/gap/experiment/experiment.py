@@ -101,7 +101,7 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
     size, noise = m_to_mm(ranked[0][0]), m_to_mm(model.noise)
     best = ranked[0][1]
     answer = f"{size:.3f} mm rms about its mean if it sits there, the noise ({noise:.3f} mm) if it does not"
-    text = f"Isolate what is unexplained: {'run' if best.axis else 'hold'} {best.text}, and measure: expected {answer}."
+    text = f"Isolate what is unexplained: {'run' if best.axis else 'hold'} {best.text}, and measure: expected at least {answer}."
     considered = [
         ConsideredMotion(
             motion=f"{m.key} {m.axis}".rstrip(),

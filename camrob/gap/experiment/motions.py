@@ -118,7 +118,7 @@ def single_axis(scene: Scene, axis: str) -> TrialMotion:
     path[:, k] = np.concatenate([half, half[::-1]])
     q = scene.postures(path)
     t = np.concatenate([[0.0], np.cumsum(np.full(_SWEEP_ROWS - 1, (high - low) / (_SWEEP_ROWS // 2) / pace))])
-    made = make_scene(_log(scene.log, scene, cell, q, t, 0.0, False), cell)
+    made = make_scene(_log(scene.log, scene, cell, q, t, 0.0, False, even=True), cell)
     text = f"{axis} alone through its range, both ways, the others at rest"
     return TrialMotion("one axis", text, "", q, float(t[-1]), made, axis)
 
@@ -136,9 +136,17 @@ def standing_still(scene: Scene) -> TrialMotion:
 
 
 def _log(
-    thin: MeasurementLog, scene: Scene, cell: Cell, q: Array, t: Array, warmer: float, force: bool
+    thin: MeasurementLog,
+    scene: Scene,
+    cell: Cell,
+    q: Array,
+    t: Array,
+    warmer: float,
+    force: bool,
+    *,
+    even: bool = False,
 ) -> MeasurementLog:
-    """A log of postures q (N, n) at times t (N,) on a cell without errors."""
+    """A log of postures q (N, n) at times t (N,) on a cell without errors. even: at the one temperature of the run's middle."""
     count = len(q)
     columns = {"t": t, **{n: np.zeros(count) for n in ("x", "y", "z", "a", "b", "c")}}
     if not bool(scene.seen[:, 3:].any()):
@@ -151,7 +159,7 @@ def _log(
             columns[f"c{axis}"] = values[:, k]
     if scene.temperature is not None:
         kept = scene.temperature[np.linspace(0, len(scene) - 1, count).astype(int)]
-        columns["temp"] = kept + warmer
+        columns["temp"] = np.full(count, np.median(kept)) if even else kept + warmer
     if scene.force is not None:
         kept_force = scene.force[np.linspace(0, len(scene) - 1, count).astype(int)]
         for k, name in enumerate(FORCE):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.evidence.design import Panel, make_panel
 from camrob.gap.evidence.evidence import Fitted
 from camrob.gap.evidence.model import Model, members_of
-from camrob.gap.evidence.unknown import UNKNOWN
+from camrob.gap.evidence.unknown import UNKNOWN, is_moment
 from camrob.gap.experiment.motions import TrialMotion
 
 __all__ = ["Rivals", "Separation", "rivals_of", "separation", "unknown_on"]
@@ -19,6 +19,7 @@ __all__ = ["Rivals", "Separation", "rivals_of", "separation", "unknown_on"]
 Array = NDArray[np.float64]
 
 _LIKELY = 0.02  # a set that is that likely is a rival by itself
+_ERRORS = 2.0  # standard errors by which what is unexplained may be less than its shapes as fitted
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,16 @@ def _rms_of(moved: Array, noise: float = 0.0) -> float:
 
 
 def unknown_on(model: Model, motion: TrialMotion) -> float:
-    """m (rms about the mean) by which what is unexplained is expected to move the TCP on a motion: its shapes as fitted,
-    or where it has none the discrepancy as it is known there.
+    """m (rms about the mean) by which what is unexplained surely moves the TCP on a motion: its shapes as fitted, or where it has
+    none the discrepancy as it is known there.
+
+    Shapes that a log can't tell apart may all but cancel there and not here: what two standard errors of their values, with their
+    covariance, would show by themselves is taken off, in squares. Where one axis moves alone, shapes of the time say nothing of
+    that axis, and don't count.
     """
     kept = np.ones(len(motion.scene), bool)
-    shapes = members_of(model, UNKNOWN.name)
+    found = members_of(model, UNKNOWN.name)
+    shapes = frozenset(i for i in found if not (motion.axis and _follows_time(model.units[i].key)))
     panel = make_panel(
         motion.scene,
         0,
@@ -129,11 +135,22 @@ def unknown_on(model: Model, motion: TrialMotion) -> float:
         model.basis,
         wanted=shapes,
     )
-    moved = panel.moves(model.values(shapes, model.best))
     field, sizes = model.evidence.field, model.evidence.sizes
-    if not shapes and field is not None and sizes is not None and panel.smooth is not None:
+    if not found and field is not None and sizes is not None and panel.smooth is not None:
         moved = panel.smooth @ field.fitted(model.best.mean, sizes)[:, :3]
-    return _rms_of(moved - moved.mean(axis=0))
+        return _rms_of(moved - moved.mean(axis=0))
+    columns = np.flatnonzero(np.isin(model.design.owner, sorted(shapes)))
+    X = panel.moved_by(columns)
+    X = X - X.mean(axis=0)
+    energy = float(np.sum((X @ model.best.mean[columns]) ** 2))
+    doubt = float(np.einsum("nik,kl,nil->", X, model.best.spread.block(columns), X, optimize=True))
+    return float(np.sqrt(max(energy - _ERRORS**2 * doubt, 0.0) / len(X)))
+
+
+def _follows_time(key: str) -> bool:
+    """Whether a free form, "place|quantity", goes by the time, or is a step at a moment."""
+    quantity = key.partition("|")[2]
+    return quantity == "time" or is_moment(quantity)
 
 
 def _rows(panel: Panel, free: NDArray[np.int64], mean: Array) -> tuple[Array, Array]:

@@ -102,7 +102,7 @@ def test_each_rival_s_expected_answer_is_reported() -> None:
 
     found = diagnose([simulated(sagging, sigma_mm=SIGMA)], kr15())
     plan = found.summary.to_json()["experiment"]
-    first = " with ".join(plan["rivals"][0])
+    first = " with ".join(plan["rivals"][0]).replace("_", " ")
     assert (
         f"Expected there: {plan['expected_mm'][0]:.3f} mm rms if {first}, "
         in found.summary.to_json()["next_experiment"]
