@@ -329,7 +329,8 @@ def test_a_spline_of_lines_is_lines(tmp_path: Path) -> None:
         "LIN {Z 594}",
     )
     assert said(made) == [] and made.speed.tolist()[-3:] == [1.0, 0.2, 0.05]
-    assert only(run_splines(tmp_path, "SPLINE WITH $ACC.CP = 1", "SLIN {Z 600}", "ENDSPLINE"), "WITH")
+    assert said(run_splines(tmp_path, "SPLINE WITH $ACC.CP = 1", "SLIN {Z 600}", "ENDSPLINE")) == ["setting-lower"]
+    assert only(run_splines(tmp_path, "SPLINE WITH $OUT[1] = TRUE", "SLIN {Z 600}", "ENDSPLINE"), "WITH")
     assert only(run_splines(tmp_path, "SPLINE", "SLIN {Z 600}", "ENDSPLINE C_SPL"), "spline")
     for inside in ("LIN {Z 590}", "SLIN {Z 590} C_SPL", "$VEL.CP = 0.1", "WAIT SEC 1"):
         assert "spline-block" in said(run_splines(tmp_path, "SPLINE", "SLIN {Z 600}", inside, "ENDSPLINE")), inside

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from camrob.witness.krl.conduct import ACC_PTP, PTP
 from camrob.witness.krl.motion import motion, relative
-from camrob.witness.krl.settings import SETTINGS, note_conduct, put_output
+from camrob.witness.krl.settings import SETTINGS, note_conduct, numbered_frame, put_output
 from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.statements import BAS, variable
 from camrob.witness.krl.text import Line
@@ -26,6 +26,7 @@ _STANDARD = (
     "BASE_DATA",
     "TOOL_DATA",
     "LOAD_DATA",
+    "MACHINE_FRAME_DAT",
 )  # of every controller's $config.dat
 _TABLES = {"BASE_DATA": "base_number", "TOOL_DATA": "tool_number", "LOAD_DATA": ""}  # and the cell's key for its row
 
@@ -96,15 +97,23 @@ def _borrow(state: State, match: re.Match[str], line: Line) -> None:
 
 
 def _trigger(state: State, match: re.Match[str], line: Line) -> None:
-    """The statement behind DO, where the next motion begins or ends."""
+    """The statement behind DO, where the next motion begins or ends: DISTANCE 0 or 1, or PATH 0, and no DELAY."""
     what = Line(line.number, match["what"], line.comment, line.raw)
     assigned = re.fullmatch(r"(?P<name>\$(?:OUT|ANOUT) ?\[.+?\]|[A-Z_]\w*) ?= ?(?P<value>.+)", what.code)
     if assigned is None or (not assigned["name"].startswith("$") and assigned["name"] not in state.signals):
         state.gap(line, "a trigger that does more than set an output isn't judged")
         return
+    try:
+        where, delay = state.variables.number(match["where"]), state.variables.number(match["delay"])
+    except UnknownError as reason:
+        state.gap(line, f"where it switches isn't known ({reason})")
+        return
+    if delay != 0.0 or where not in ((0.0, 1.0) if match["by"] == "DISTANCE" else (0.0,)):
+        state.gap(line, "it switches before or behind a point of the path, and where that is isn't judged")
+        return
     before = len(state.steps)
     put_output(state, what, assigned["name"], assigned["value"])
-    if match["where"] == "1":
+    if match["by"] == "PATH" or where == 1.0:
         state.after_next += state.steps[before:]
         del state.steps[before:]
 
@@ -192,16 +201,16 @@ def _bas(state: State, match: re.Match[str], line: Line) -> None:
             if state.speed <= 0.0:
                 state.speed = float("nan")
         if act == "bas_tool":
-            _numbered(state, line, "TOOL", state.variables.number(value))
+            numbered_frame(state, line, "TOOL", state.variables.number(value))
         if act == "bas_base":
-            _numbered(state, line, "BASE", state.variables.number(value))
+            numbered_frame(state, line, "BASE", state.variables.number(value))
     except UnknownError as reason:
         state.gap(line, f"its value isn't known ({reason})")
     if act in ("bas_frames", "bas_params"):
         _held_tool(state, line)
         for name in ("TOOL", "BASE"):
             try:
-                _numbered(state, line, name, state.variables.number(f"FDAT_ACT.{name}_NO"))
+                numbered_frame(state, line, name, state.variables.number(f"FDAT_ACT.{name}_NO"))
             except UnknownError as reason:
                 state.gap(line, f"${name} isn't known from here on ({reason})")
                 if name == "TOOL":
@@ -259,21 +268,6 @@ def _data(state: State, name: str) -> Callable[[str], float]:
             return float("nan")
 
     return number
-
-
-def _numbered(state: State, line: Line, name: str, number: float) -> None:
-    """`$TOOL` or `$BASE` from the controller's list; number 0 is the plate, or the world. A tool brings its own load data."""
-    if name == "TOOL":
-        state.set_load(line.number, None)
-    text = "$NULLFRAME" if number == 0 else f"{name}_DATA[{int(number)}]"
-    try:
-        state.frame_of(state.variables.value(text))
-    except UnknownError as reason:  # no harm where the program sets the frame itself before it moves
-        state.unknown_row(name, line, f"${name} isn't known from here on ({reason})")
-        return
-    found = variable(f"${name}")
-    if found is not None:
-        SETTINGS[found[0].act](state, found[1], line, text)
 
 
 def _carry_on(state: State, match: re.Match[str], line: Line) -> None:

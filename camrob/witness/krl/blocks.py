@@ -5,14 +5,16 @@ from __future__ import annotations
 import re
 
 from camrob.witness.krl.program import Block, Module, Node, Rows
+from camrob.witness.krl.statements import statement, variable
 from camrob.witness.krl.text import HOW, Line
 
-__all__ = ["begins", "curved", "in_spline", "leaves"]
+__all__ = ["begins", "curved", "idle", "in_spline", "leaves"]
 
 _OF_SPLINE = re.compile(r"(?:SLIN|SCIRC|SPL)\b(?:(?! C_).)+|TRIGGER\b.+")
 _INITIAL = re.compile(
     r"BAS ?\( ?#INITMOV ?, ?0 ?\)|GLOBAL INTERRUPT DECL 3 WHEN \$STOPMESS ?== ?TRUE DO IR_STOPM ?\( ?\)|INTERRUPT ON 3"
 )
+_NO_MOTION = re.compile(r"S?(?:PTP|LIN) ?\$(?:POS_ACT|AXIS_ACT|AXIS_ACT_MEAS)(?: C_\w+)*")
 
 
 def leaves(nodes: list[Node]) -> bool:
@@ -50,3 +52,28 @@ def begins(block: Block) -> bool:
 def curved(node: Node) -> bool:
     """Whether a spline's motion bends what comes before or after it: lines and circles keep to themselves."""
     return not isinstance(node, Line) or re.match(r"SPL\b", node.code) is not None
+
+
+def idle(nodes: list[Node]) -> bool:
+    """Whether nodes change nothing that is judged."""
+    for node in nodes:
+        if isinstance(node, Rows):
+            return False
+        if isinstance(node, Block):
+            if not all(idle(part) for _, part in node.parts):
+                return False
+        elif not _idle(node.code):
+            return False
+    return True
+
+
+def _idle(code: str) -> bool:
+    """Whether a statement changes nothing that is judged, wherever it stands."""
+    found = statement(code)
+    if found is None:
+        return False
+    row, match = found
+    if row.act == "assign":
+        set_to = variable(match["name"].replace(" ", ""))
+        return set_to is not None and set_to[0].act == "nothing"
+    return row.act in ("nothing", "declare", "wait_for") or bool(_NO_MOTION.fullmatch(code))

@@ -53,6 +53,7 @@ def hand_back(variables: Variables, given: Sequence[_Given], own: Scope) -> Iter
             if item.place or not item.held:
                 yield item.place or item.name
             continue
+        variables.changes += 1
         for behind in {*now, *item.held}:
             if behind in now:
                 variables.put(item.place + behind, now[behind])

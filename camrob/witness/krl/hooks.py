@@ -55,7 +55,9 @@ class _HookLine:
     """A statement of a hook, and the comments on it and right above it."""
 
     code: re.Pattern[str]
-    comments: tuple[tuple[re.Pattern[str], bool], ...]  # True: it carries a value that the code doesn't
+    comments: tuple[
+        tuple[re.Pattern[str], bool], ...
+    ]  # True: it carries a value that the code doesn't, or tells HALTs apart
     number: _Number | None
 
     def match(self, step: Step) -> dict[str, str] | None:
@@ -150,8 +152,10 @@ def _hook(name: str, texts: tuple[str, ...]) -> _Hook:
         code, comment = split_comment(text)
         remarks += [comment] if comment.strip() else []
         if code.strip():
-            held = set(_HOLE.findall(code))
-            comments = tuple((_pattern(remark, True), bool(set(_HOLE.findall(remark)) - held)) for remark in remarks)
+            held, halts = set(_HOLE.findall(code)), canonical(code) == "HALT"
+            comments = tuple(
+                (_pattern(remark, True), halts or bool(set(_HOLE.findall(remark)) - held)) for remark in remarks
+            )
             lines.append(_HookLine(_pattern(code, False), comments, _number(code)))
             remarks = []
     return _Hook(name, tuple(lines))

@@ -13,18 +13,30 @@ from camrob.witness.krl.state import Here, State
 from camrob.witness.krl.text import HOW, Line, Source
 from camrob.witness.krl.text import POSE as PARTS
 from camrob.witness.krl.values import UnknownError, Value, split_top
+from camrob.witness.krl.with_part import with_words
 
-__all__ = ["add_rows", "motion", "relative", "with_speed"]
+__all__ = ["add_rows", "motion", "relative"]
 
 _ROUND = r"(?:(?:[ ,]+|(?<=\}))C_(?:DIS|PTP|VEL|ORI|SPL)\b)*"
 _OPTIONS = re.compile(
     rf"(?P<target>.*?)(?P<round>{_ROUND})(?: (?P<frame>#BASE|#TOOL))?(?: ?WITH (?P<extra>.+?)(?P<behind>{_ROUND}))?"
 )
-_OWN_SPEED = re.compile(r"\$VEL\.CP ?= ?(?P<plain>[^,{}]+)|\$VEL ?= ?\{ ?CP (?P<only>[^,{}]+)\}")
 _NO_MOTION = re.compile(r"\$(?:POS_ACT|AXIS_ACT|AXIS_ACT_MEAS|POS_INT|AXIS_INT)")
 _EXTERNALS = [f"E{k}" for k in range(1, 7)]
-_POINT = frozenset(("", *PARTS, "S", "T", *_EXTERNALS))
-_AXES = frozenset(("", *(f"A{k}" for k in range(1, 7)), *_EXTERNALS))
+_ARM = tuple(f"A{k}" for k in range(1, 7))
+_TYPES = {
+    kind: frozenset(("", *own, *_EXTERNALS[:count]))
+    for kind, own, count in (
+        ("FRAME", PARTS, 0),
+        ("POS", (*PARTS, "S", "T"), 0),
+        ("E3POS", (*PARTS, "S", "T"), 3),
+        ("E6POS", (*PARTS, "S", "T"), 6),
+        ("AXIS", _ARM, 6),  # RoboDK's posts write external axes in it
+        ("E3AXIS", _ARM, 3),
+        ("E6AXIS", _ARM, 6),
+    )
+}
+"""What the types of a point hold; one that is given without its type is of the widest."""
 _NAN = float("nan")
 
 
@@ -33,7 +45,10 @@ def _components(state: State, text: str) -> dict[str, Value]:
     value = state.variables.value(text)
     if not isinstance(value, dict):
         raise UnknownError(f"{text} is not a point")
-    if not value.keys() <= _POINT and not value.keys() <= _AXES:
+    kind = str(value.get("", ""))
+    if kind and not value.keys() <= _TYPES.get(kind, frozenset()):
+        raise UnknownError(f"it has components that no {kind} has")
+    if not value.keys() <= _TYPES["E6POS"] and not value.keys() <= _TYPES["E6AXIS"]:
         raise UnknownError(f"it has components that are no {'pose' if 'X' in value else 'point'}'s")
     return value
 
@@ -83,6 +98,8 @@ def _check(state: State, line: Line, arc: bool, straight: bool) -> None:
     base = state.bases[state.base]
     if base.fault is not None and base.fault not in state.objections:
         state.objections.append(base.fault)
+    if base.doubt:
+        state.unsure(line.number, base.doubt)
     if base.values is None or state.tools[state.tool] is None:
         name = "$BASE" if base.values is None else "$TOOL"
         state.gap(line, f"the text doesn't say which {name} holds here, so where the tool goes isn't judged")
@@ -121,9 +138,6 @@ def motion(state: State, match: re.Match[str], line: Line) -> None:
         if state.here.pose is not None:
             state.unsure(line.number, f"{line.raw[:80]}: it stops on the way, or brings the robot back to where it is")
         return  # where the robot is already
-    kept = state.speed
-    if options is not None and options["extra"]:
-        with_speed(state, options["extra"], line)
     if word == "SPL":
         state.gap(line, "a spline's curve between its points isn't judged")
     if word.startswith("S"):
@@ -132,25 +146,12 @@ def motion(state: State, match: re.Match[str], line: Line) -> None:
     rounds = bool(said) or word == "SPL"
     if rounds and (word in ("SPTP", "PTP", "SPL") or not _settled(state, "S" if word.startswith("S") else "", said)):
         state.vague.append((state.count, line.number, state.file))
-    try:
-        _move(state, word.removeprefix("S") if word != "SPL" else "LIN", split_top(text), rounds, line)
-    except UnknownError as reason:
-        state.close_steps()
-        _lost_motion(state, line, reason)
-    state.speed = kept
-
-
-def with_speed(state: State, text: str, line: Line) -> None:
-    """What WITH sets: the speed, or what isn't judged."""
-    own = _OWN_SPEED.fullmatch(text)
-    try:
-        if own is None:
-            raise UnknownError("it sets more than $VEL.CP")
-        state.speed = state.variables.number(own["plain"] or own["only"])
-        if state.speed <= 0.0:
-            state.object("speed", f"$VEL.CP is set to {state.speed:g} m/s, and has to be above 0", line)
-    except UnknownError as reason:
-        state.gap(line, f"what WITH changes isn't judged ({reason})")
+    with with_words(state, "" if options is None else options["extra"] or "", line):
+        try:
+            _move(state, word.removeprefix("S") if word != "SPL" else "LIN", split_top(text), rounds, line)
+        except UnknownError as reason:
+            state.close_steps()
+            _lost_motion(state, line, reason)
 
 
 def _settled(state: State, kind: str, word: str) -> bool:

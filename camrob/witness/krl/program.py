@@ -49,9 +49,12 @@ Node = Line | Rows | Block
 
 @dataclass(slots=True)
 class Routine:
-    """A DEF: `inputs` are its parameters' names, True where they hand a value back."""
+    """A DEF, or a DEFFCT that returns a value of a type, `kind`: `inputs` are its parameters' names, True where they hand a
+    value back.
+    """
 
     name: str
+    kind: str
     inputs: list[tuple[str, bool]]
     source: Source
     head: Line
@@ -122,7 +125,7 @@ class _Builder:
         for text in split_top(match["inputs"]) if match["inputs"].strip() else []:
             name, _, way = text.replace(" ", "").partition(":")
             inputs.append((name.split("[")[0], way != "IN"))
-        self.routine = Routine(match["name"], inputs, self.source, line)
+        self.routine = Routine(match["name"], match["type"] or "", inputs, self.source, line)
 
     def end(self, line: Line) -> None:
         if self.open:
@@ -159,10 +162,10 @@ class _Builder:
 
 
 def data_lines(path: Path) -> list[Line]:
-    """The statements of a data list. Raises KrlError where it can't be read."""
+    """The lines of a data list, DEFDAT and ENDDAT among them. Raises KrlError where it can't be read."""
     source = read_source(path)
     odd = [Line(source.odd, "CONTROL CHARACTER", "", "a control character")] if source.odd else []
-    return odd + [line for line in source.lines if not re.match(r"(DEFDAT|ENDDAT)\b", line.code)]
+    return odd + source.lines
 
 
 def read_module(path: Path) -> Module:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from camrob.witness.happenings import Gap, Objection, Run
 from camrob.witness.krl.acts import ACTS
-from camrob.witness.krl.blocks import begins, curved, in_spline, leaves
+from camrob.witness.krl.again import alike, left_over
+from camrob.witness.krl.blocks import begins, curved, idle, in_spline, leaves
 from camrob.witness.krl.columns import Motions
+from camrob.witness.krl.functions import FUNCTIONS
 from camrob.witness.krl.handing import hand_back, hand_over
 from camrob.witness.krl.hooks import Hooks, canonical
-from camrob.witness.krl.motion import add_rows, with_speed
-from camrob.witness.krl.program import Block, Module, Node, Routine, Rows, beside, data_lines, read_module
+from camrob.witness.krl.motion import add_rows
+from camrob.witness.krl.program import Block, Module, Node, Routine, beside, data_lines, read_module
 from camrob.witness.krl.replay import replay
 from camrob.witness.krl.state import EndlessError, LostError, State
-from camrob.witness.krl.statements import statement, variable
+from camrob.witness.krl.statements import statement
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import Scope, UnknownError, Value, split_top
+from camrob.witness.krl.with_part import FORM_FUNCTIONS, with_words
 from camrob.witness.machine import Machine
 
 __all__ = ["run_program"]
@@ -28,12 +30,10 @@ __all__ = ["run_program"]
 _MOST_TURNS = 20_000  # of all loops together; lists of points that a loop runs through hold some ten thousand
 _MOST_JUMPS = 500  # by GOTO
 _LIBRARY = ("BAS", "IR_STOPM")  # KUKA's, whose effects are known
-_REAL = ("pose", "middle", "sweep", "axes", "speed")  # of the motions' columns, those that may be NaN
-_UNKNOWN = "#UNKNOWN"  # stands for a value that the text doesn't say: no number, no truth
+_OWN_NAMES = (*_LIBRARY, *FUNCTIONS, *FORM_FUNCTIONS)  # that no program may give to a routine of its own
 _CALLS_DEEP = 25  # routines that call routines; KUKA's own limit is lower
 _FOR = re.compile(r"FOR (?P<name>[A-Z_]\w*) ?= ?(?P<first>.+?) TO (?P<last>.+?)(?: STEP (?P<step>.+))?")
 _IF = re.compile(r"IF ?(?P<when>.+?) ?THEN")
-_NO_MOTION = re.compile(r"S?(?:PTP|LIN) ?\$(?:POS_ACT|AXIS_ACT|AXIS_ACT_MEAS)(?: C_\w+)*")
 
 
 class _LeftError(Exception):
@@ -59,6 +59,7 @@ class _Runner:
     later: dict[str, dict[str, Value]] = field(default_factory=dict)  # what a run before this one left in them
     module: Module | None = None
     depth: int = 0
+    returned: Value | None = None  # by the function that has just ended
     turns: int = 0  # of loops
 
     def load(self, path: Path) -> Module:
@@ -76,10 +77,11 @@ class _Runner:
         common.update(
             {name: value for name, value in self.later.get("", {}).items() if name in common and name not in known}
         )
-        for name in _LIBRARY:
-            if name in module.routines or beside(self.folder, f"{name}.src"):
+        for name in _OWN_NAMES:
+            if name in module.routines or (name in _LIBRARY and beside(self.folder, f"{name}.src")):
                 text = f"the program brings a {name} of its own, in place of the controller's"
                 self.state.object("library-replaced", text, 1)
+        self.state.object_longer(*module.source.longest)
         if module.source.odd:
             text = "a control character, at which one system ends a line and another doesn't: what is run isn't certain"
             self.state.unsure(module.source.odd, text)
@@ -102,8 +104,18 @@ class _Runner:
         kept = (state.file, state.variables.own, state.variables.module)
         state.file, state.variables.own, state.variables.module = len(state.files), place, place
         state.files.append(str(path))
+        head = next((line for line in lines if line.code.startswith("DEFDAT")), None)
+        named = "" if head is None else head.code.split()[1:2]
+        if named != [path.stem.upper()] or lines[-1].code != "ENDDAT":
+            what = (
+                f"the file is {path.name} and holds no DEFDAT {path.stem.upper()} to ENDDAT: no controller loads that"
+            )
+            state.object("module-name", what, 1)
         for line in lines:
-            self.one(line)
+            if re.match(r"\$(?!.*\bDECL\b)", line.code) and path.name.lower() != "$config.dat":
+                state.gap(line, "a data list declares: what a statement does there isn't judged")
+            if not re.match(r"(?:DEFDAT|ENDDAT)\b", line.code):
+                self.one(line)
         state.file, state.variables.own, state.variables.module = kept
 
     def one(self, line: Line) -> None:
@@ -119,6 +131,10 @@ class _Runner:
         if row.stops:
             state.waits(line)
         if row.act == "leave":
+            self.returned = None
+            if match["value"]:
+                with suppress(UnknownError):
+                    self.returned = state.variables.value(match["value"])
             raise _LeftError
         if row.act == "leave_loop":
             raise _LoopLeftError
@@ -153,8 +169,34 @@ class _Runner:
             return
         texts = split_top(match["inputs"]) if match["inputs"].strip() else []
         state.quiet += hooked
+        kept = self.returned
         self.enter(*found, texts, line)
+        self.returned = kept
         state.quiet -= hooked
+
+    def function(self, name: str, texts: list[str]) -> Value:
+        """What a DEFFCT returns; one that does more is a gap. Raises UnknownError."""
+        found, state = self.find(name), self.state
+        if found is None or not found[1].kind:
+            raise UnknownError(f"{name}() is not at hand")
+        line, scope = Line(state.line, name, "", f"{name} ( )"), Scope()
+        kept, self.returned = self.returned, None
+        before = self.done()
+        self.enter(*found, texts, line)
+        value, self.returned = self.returned, kept
+        if self.done() != before:
+            state.gap(line, "the function does more than return a value, and that isn't judged")
+        if value is None:
+            raise UnknownError(f"what {name}() returns isn't known")
+        scope.kinds[""] = found[1].kind
+        scope.put("", value)
+        return scope[""]
+
+    def done(self) -> str:
+        """What a function that only returns a value leaves as it is."""
+        state = self.state
+        frames = (state.base, state.tool, state.speed, state.constant, state.rounds, state.conduct.values)
+        return repr((state.count, len(state.steps), state.variables.changes, len(state.interrupts), frames))
 
     def enter(self, module: Module, routine: Routine, texts: list[str], line: Line | None) -> None:
         """Runs one routine with what it is handed, and puts back what it hands back."""
@@ -212,7 +254,7 @@ class _Runner:
             else:
                 self.loop(block)
         except UnknownError as reason:
-            if block.kind in ("WHILE", "REPEAT") or not all(self.idle(nodes) for _, nodes in block.parts):
+            if block.kind in ("WHILE", "REPEAT") or not all(idle(nodes) for _, nodes in block.parts):
                 self.state.gap(
                     block.head, f"which way it goes isn't known ({reason}), so none is judged", block.tail.number
                 )
@@ -222,13 +264,12 @@ class _Runner:
 
     def spline(self, block: Block) -> None:
         """SPLINE ... ENDSPLINE: straight lines and circles keep to their ways, and meet at their points."""
-        state, inside, kept = self.state, block.parts[0][1], self.state.speed
+        state, inside = self.state, block.parts[0][1]
         state.needs_splines(block.head)
         if any(curved(node) for node in inside) or block.tail.code != "ENDSPLINE":
             state.gap(block.head, "how a spline joins its motions isn't judged", block.tail.number)
-        if block.head.code.startswith("SPLINE WITH "):
-            with_speed(state, block.head.code.removeprefix("SPLINE WITH "), block.head)
-        elif block.head.code != "SPLINE":
+        opened, _, said = block.head.code.partition(" WITH ")
+        if opened != "SPLINE":
             state.gap(block.head, "how the block is opened isn't understood")
         for node in inside:
             if not in_spline(node, self.module):
@@ -236,8 +277,8 @@ class _Runner:
                 state.object(
                     "spline-block", "within SPLINE stand SLIN, SCIRC, SPL and TRIGGER alone, and none is rounded", where
                 )
-        self.nodes(inside)
-        state.speed = kept
+        with with_words(state, said, block.head):
+            self.nodes(inside)
 
     def branch(self, block: Block) -> None:
         if self.state.machine.controller.own.get("on_path") is True and not self.state.count and begins(block):
@@ -300,35 +341,12 @@ class _Runner:
         if self.turns > _MOST_TURNS:
             raise EndlessError(f"more than {_MOST_TURNS} turns of loops: the program may never end")
 
-    def idle(self, nodes: list[Node]) -> bool:
-        """True where nodes change nothing that is judged."""
-        for node in nodes:
-            if isinstance(node, Rows):
-                return False
-            if isinstance(node, Block):
-                if not all(self.idle(part) for _, part in node.parts):
-                    return False
-            elif not _idle(node.code):
-                return False
-        return True
-
-
-def _idle(code: str) -> bool:
-    """True for a statement that changes nothing that is judged, wherever it stands."""
-    found = statement(code)
-    if found is None:
-        return False
-    row, match = found
-    if row.act == "assign":
-        set_to = variable(match["name"].replace(" ", ""))
-        return set_to is not None and set_to[0].act == "nothing"
-    return row.act in ("nothing", "declare", "wait_for") or bool(_NO_MOTION.fullmatch(code))
-
 
 def _once(main: Path, machine: Machine, later: dict[str, dict[str, Value]]) -> tuple[_Runner, Motions]:
     """One run of a program, on what an earlier one left in its data lists."""
     state = State(machine, Hooks(machine.controller.hooks))
     runner, lost = _Runner(state, main.parent, later=later), None
+    state.variables.function = runner.function
     try:
         module = runner.load(main)
         runner.configure()
@@ -345,34 +363,18 @@ def _once(main: Path, machine: Machine, later: dict[str, dict[str, Value]]) -> t
     return runner, state.ended(lost)
 
 
-def _left(runner: _Runner, before: dict[str, dict[str, Value]]) -> dict[str, dict[str, Value]]:
-    """What a run leaves in the data lists other than it was, by file; `before` what the run before it left."""
-    left = {key: dict(values) for key, values in before.items()}
-    for key, place in (("", runner.state.variables.common), *runner.data.items()):
-        for (owner, head), old in runner.state.variables.kept.items():
-            if owner == id(place) and place.get(head, _UNKNOWN) != old:
-                left.setdefault(key, {})[head] = place.get(head, _UNKNOWN)
-    return left
-
-
 def _judge_again(main: Path, machine: Machine, first: _Runner, motions: Motions) -> None:
     """Data lists outlive a run: where the program changes them, the next run has to do the same as this one."""
-    left = _left(first, {})
+    left = left_over(first.state.variables, first.data, {})
     if not left:
         return
     names = ", ".join(sorted(name for values in left.values() for name in values))[:80]
     second, again = _once(main, machine, left)
     state = first.state
-    same = len(again) == len(motions) and all(
-        np.array_equal(getattr(motions, part), getattr(again, part), equal_nan=part in _REAL)
-        for part in Motions.__slots__
-    )
-    frames = (state.bases, state.tools, state.events) == (second.state.bases, second.state.tools, second.state.events)
-    frames &= repr(state.loads) == repr(second.state.loads)  # NaN among them
-    if not same or not frames or len(second.state.gaps) > len(state.gaps):
+    if not alike(state, motions, second.state, again):
         text = f"it changes {names} in its data list, which the controller keeps: its next run is not the same"
         state.ruled.append(Objection("not-repeatable", text))
-    elif _left(second, left) != left:
+    elif left_over(second.state.variables, second.data, left) != left:
         state.unsure(0, f"it changes {names} in its data list with every run: later runs than the second aren't judged")
 
 

@@ -14,7 +14,7 @@ from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import UnknownError, split_top
 
-__all__ = ["SETTINGS", "note_conduct", "put_output"]
+__all__ = ["SETTINGS", "note_conduct", "numbered_frame", "put_output"]
 
 _EK = re.compile(r"EK ?\((?P<inputs>.+)\)")
 _ROOT = re.compile(r"MACHINE_DEF ?\[(?P<number>.+)\]\.(?:ROOT|MECH_TYPE)")
@@ -22,12 +22,16 @@ _SAME_FRAME = (1e-6, 1e-6)  # m, rad: what rounding to six digits leaves
 
 
 def put_output(state: State, line: Line, name: str, value: str) -> None:
-    """An output by number or name; a variable on the right is put in where it is a plain one."""
-    if re.fullmatch(r"[A-Z_]\w*", value) and value not in ("TRUE", "FALSE"):
-        try:
-            known = state.variables.value(value)
-            value = ("TRUE" if known else "FALSE") if isinstance(known, bool) else str(known)
-        except UnknownError as reason:
+    """An output by number or name; what a variable on the right stands for is put in where it is a plain one or a truth."""
+    plain = re.fullmatch(r"[A-Z_]\w*", value) and value not in ("TRUE", "FALSE")
+    try:
+        known = state.variables.value(value)
+        if isinstance(known, bool):
+            value = "TRUE" if known else "FALSE"
+        elif plain:
+            value = str(known)
+    except UnknownError as reason:
+        if plain:
             state.gap(line, f"the value isn't known ({reason})")
     try:
         number = state.variables.number(value)
@@ -98,6 +102,41 @@ def _fixed_base(state: State, line: Line) -> Objection | None:
         return None
     text = f"{line.raw[:60]}: $BASE is set without EK(), so it does not turn with the table as the cell says it does"
     return Objection("base-stands-still", text, line=line.number, file=state.file)
+
+
+def numbered_frame(state: State, line: Line, name: str, number: float) -> None:
+    """`$TOOL` or `$BASE` from the controller's list; number 0 is the plate, or the world. A tool brings its own load data."""
+    if name == "TOOL":
+        state.set_load(line.number, None)
+    text = "$NULLFRAME" if number == 0 else f"{name}_DATA[{int(number)}]"
+    try:
+        values = state.frame_of(state.variables.value(text))
+    except UnknownError as reason:  # no harm where the program sets the frame itself before it moves
+        state.unknown_row(name, line, f"${name} isn't known from here on ({reason})")
+        return
+    if name == "TOOL":
+        state.set_tool(values)
+    else:
+        state.set_base(_of_table(state, values, int(number), line))
+
+
+def _of_table(state: State, values: tuple[float, ...], number: int, line: Line) -> Base:
+    """A base by its row: BAS couples it to the mechanism that MACHINE_FRAME_DAT names for the row (KUKA's BAS.SRC)."""
+    fixed = _fixed_base(state, line)
+    if fixed is None or not number:
+        return Base(values, False, fixed)
+    row, wanted = f"MACHINE_FRAME_DAT[{number}]", state.machine.controller.mechanism
+    try:
+        index = state.variables.number(f"{row}.MACH_DEF_INDEX")
+    except UnknownError:
+        text = f"{line.raw[:60]}: whether this base turns with the table stands in the controller's {row}, and not in the program"
+        return Base(values, True, None, text)
+    if index <= 0.0:
+        return Base(values, False, fixed)
+    if index == wanted:
+        return Base(values, True)
+    text = f"{line.raw[:60]}: {row} hangs the base on MACHINE_DEF[{index:g}], another mechanism than the cell's"
+    return Base(values, True, Objection("base-other-mechanism", text, line=line.number, file=state.file))
 
 
 def _coupled(state: State, match: re.Match[str], line: Line) -> Base:

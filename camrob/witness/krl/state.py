@@ -46,10 +46,12 @@ class Base:
     values: tuple[float, ...] | None
     follows: bool
     fault: Objection | None = None  # what is wrong with it, once a pose is read in it
+    doubt: str = ""  # what isn't known of it, likewise
 
     def same(self, other: Base) -> bool:
         """True where nothing is different: of the same fault the first is reported."""
-        same = self.values == other.values and self.follows == other.follows and self.values is not None
+        same = (self.values, self.follows, self.doubt) == (other.values, other.follows, other.doubt)
+        same &= self.values is not None
         return same and (self.fault and self.fault.code) == (other.fault and other.fault.code)
 
 
@@ -242,6 +244,13 @@ class State:
         """Notes what stands against the program where nothing of its code does yet."""
         if all(old.code != code for old in self.objections):
             self.object(code, text, line, severity)
+
+    def object_longer(self, line: int, characters: int) -> None:
+        """Notes a line that is longer than the cell's controller takes."""
+        most = self.machine.controller.own.get("max_line_length")
+        if isinstance(most, int) and characters > most:
+            text = f"a line of {characters} characters, where the cell's controller takes {most} (max_line_length)"
+            self.object("line-too-long", text, line)
 
     def waits(self, line: Line) -> None:
         """The advance run stops: the motion before ends exactly where it was sent."""

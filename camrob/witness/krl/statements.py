@@ -73,9 +73,10 @@ STATEMENTS = (
         LIBRARY,
     ),
     _row(
-        r"TRIGGER WHEN DISTANCE ?= ?(?P<where>[01]) DELAY ?= ?0(?:\.0*)? DO (?P<what>.+?)(?: PRIO ?= ?-?\d+)?",
+        r"TRIGGER WHEN (?P<by>DISTANCE|PATH) ?= ?(?P<where>.+?) DELAY ?= ?(?P<delay>.+?) DO (?P<what>.+?)"
+        r"(?: PRIO ?= ?-?\d+)?",
         "trigger",
-        "switches where the next motion begins (DISTANCE=0) or ends (DISTANCE=1), without stopping it",
+        "switches where the next motion begins (DISTANCE=0) or ends (DISTANCE=1, PATH=0), without stopping it",
         EXPERT,
     ),
     _row(
@@ -97,7 +98,7 @@ STATEMENTS = (
     _row(r"PULSE ?\(.+\)", "output", "switches an output for some time", EXPERT, stops=True),
     _row(r"(?:ANOUT|DIGOUT) (?:ON|OFF)\b.*", "output", "ties an output to a value", EXPERT, stops=True),
     _row(r"CONTINUE", "continue", "the next statement happens before the robot has arrived", EXPERT),
-    _row(r"RETURN\b.*", "leave", "ends the routine", EXPERT),
+    _row(r"RETURN\b ?(?P<value>.*)", "leave", "ends the routine, a function with its value", EXPERT),
     _row(r"EXIT", "leave_loop", "ends the loop", EXPERT),
     _row(r"GOTO (?P<name>[A-Z_]\w*)", "jump", "goes on at a mark of the same routine", EXPERT),
     _row(r"[A-Z_]\w* ?:", "nothing", "a mark that GOTO may name", EXPERT),

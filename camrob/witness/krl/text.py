@@ -64,7 +64,7 @@ class Line:
 class Source:
     """One file. `lines`: statements, without comments and rows. Rows by line: LIN with `pose` (K, 6) mm, degrees and
     `external` (K, 6) E1..E6, NaN where not written, `rounded` (K,) as HOW names them; `$VEL.CP` with `speed`.
-    odd: line of the first control character that systems read differently, 0 where there is none.
+    odd: line of the first control character that systems read differently, 0 where there is none. longest: line and characters.
     """
 
     path: Path
@@ -77,6 +77,7 @@ class Source:
     speed_line: NDArray[np.int64]
     speed: Array
     odd: int = 0
+    longest: tuple[int, int] = (0, 0)
 
 
 @dataclass(slots=True)
@@ -86,6 +87,7 @@ class _Pieces:
     lines: list[Line] = field(default_factory=list)
     rows: list[tuple[NDArray[np.int64], Array, Array, int]] = field(default_factory=list)
     speeds: list[tuple[NDArray[np.int64], Array]] = field(default_factory=list)
+    longest: tuple[int, int] = (0, 0)  # line, characters
 
 
 def split_comment(text: str) -> tuple[str, str]:
@@ -116,6 +118,10 @@ def _statement(number: int, raw: bytes, above: tuple[str, ...], *, opening: bool
     parts = code.split('"')
     parts[::2] = [" ".join(part.upper().split()) if i else part.upper() for i, part in enumerate(parts[::2])]
     code = " ".join(parts[0].split()) if len(parts) == 1 else '"'.join(parts).strip()
+    if not all(part.isascii() for part in split_comment(text)[0].split('"')[::2]):
+        code = (
+            f"? {code}"  # Python takes more for a blank than a controller does, and other letters for capitals of ASCII
+        )
     return Line(number, "" if opening and code.startswith("&") else code, comment.strip(), text.strip(), above)
 
 
@@ -165,7 +171,9 @@ def _read_rows(numbers: NDArray[np.int64], texts: list[bytes], pieces: _Pieces) 
         pieces.speeds.append((numbers, table[:, 0]))
         return True
     names = [name.decode() for name in _PART.findall(first)]
-    if len(set(names)) != len(names) or not set(POSE) <= set(names):
+    kind = first.partition(b"{")[2].partition(b": ")[0]
+    held = {b"POS": POSE, b"E3POS": (*POSE, "E1", "E2", "E3")}.get(kind, names)
+    if len(set(names)) != len(names) or not set(POSE) <= set(names) <= set(held):
         return False
     external = np.full((len(texts), 6), np.nan)
     for k in range(6):
@@ -184,6 +192,9 @@ def _how_round(text: bytes) -> int:
 def _read_piece(piece: bytes, start: int, pieces: _Pieces) -> int:
     """Reads whole lines of text, the first of them line `start`; returns how many there were."""
     raw = piece.split(b"\n")
+    most = max(map(len, raw))
+    if most > pieces.longest[1]:
+        pieces.longest = (start + next(i for i, line in enumerate(raw) if len(line) == most), most)
     kinds: dict[bytes, int] = {}
     kind_of = np.array(
         [kinds.setdefault(skeleton, len(kinds)) for skeleton in piece.translate(None, _DROPPED).split(b"\n")]
@@ -252,4 +263,5 @@ def read_source(path: Path) -> Source:
         speed_line=speed_line[by_line],
         speed=np.concatenate([row[1] for row in speeds])[by_line],
         odd=odd_line,
+        longest=pieces.longest,
     )

@@ -81,6 +81,11 @@ def _rounded(value: float) -> int:
     return int(math.copysign(math.floor(abs(value) + 0.5), value))
 
 
+def _no_function(name: str, texts: list[str]) -> Value:
+    """No program, no functions."""
+    raise UnknownError(f"{name}() is not at hand")
+
+
 @dataclass(slots=True)
 class Variables:
     """What the names stand for: the routine's own, its module's (.dat), those of all."""
@@ -94,6 +99,10 @@ class Variables:
     )  # of data lists: what was there before a change
     asked: dict[str, Callable[[], Value]] = field(default_factory=dict)  # system variables that are worked out
     whole: set[str] = field(default_factory=set)  # components of the program's own structures that are INT
+    function: Callable[[str, list[str]], Value] = (
+        _no_function  # by name and what it is handed: one that the program brings
+    )
+    changes: int = 0  # of variables that are not the running routine's own
 
     def find(self, name: str) -> Value:
         """The value of a name such as X, X[3] or X.Y; raises UnknownError."""
@@ -171,6 +180,7 @@ class Variables:
     def keep(self, place: Scope, head: str) -> None:
         """Notes what a data list had, which outlives the run, before it is changed for the first time."""
         if place is not self.own:
+            self.changes += 1
             self.kept.setdefault((id(place), head), copy.deepcopy(place.get(head)))
 
     def value(self, text: str) -> Value:
@@ -212,11 +222,11 @@ class _Reader:
 
     def __init__(self, text: str, variables: Variables) -> None:
         self.text, self.variables, self.depth = text, variables, 0
+        self.place = 0  # of the token that is next
         self.tokens = self._tokens()
         self.kind, self.token = next(self.tokens)
 
-    def _tokens(self) -> Iterator[tuple[str, str]]:
-        at = 0
+    def _tokens(self, at: int = 0) -> Iterator[tuple[str, str]]:
         while at < len(self.text):
             match = _TOKEN.match(self.text, at)
             if match is None:
@@ -224,6 +234,7 @@ class _Reader:
                     raise UnknownError(f"{self.text} can't be read")
                 break
             at = match.end()
+            self.place = match.start(match.lastgroup or 0)
             yield match.lastgroup or "", match[match.lastgroup or 0]
         while True:
             yield "", ""
@@ -307,7 +318,7 @@ class _Reader:
             return not value
         if self.kind == "sign" and self.token == "(":
             if token not in FUNCTIONS:
-                raise UnknownError(f"{token}() is not at hand")
+                return self.variables.function(token, self.handed())
             count, act = FUNCTIONS[token]
             arguments = self.arguments()
             try:
@@ -333,6 +344,20 @@ class _Reader:
             values.append(self.binary(0))
         self.expect(")")
         return values
+
+    def handed(self) -> list[str]:
+        """The texts between brackets, which are ahead: a function of the program's takes variables, not their values."""
+        begin, depth, quoted = self.place + 1, 1, False
+        for end in range(begin, len(self.text)):
+            letter = self.text[end]
+            quoted ^= letter == '"'
+            depth += 0 if quoted else (letter in "([{") - (letter in ")]}")
+            if not depth:
+                self.tokens = self._tokens(end + 1)
+                self.kind, self.token = next(self.tokens)
+                inside = self.text[begin:end]
+                return split_top(inside) if inside.strip() else []
+        raise UnknownError(f"{self.text} can't be read")
 
     def index(self) -> str:
         """What stands between square brackets, as text."""

@@ -67,13 +67,22 @@ class RapidModule:
 
     path: Path
     count: int
+    longest: tuple[int, int]  # line and characters
     data: list[Line] = field(default_factory=list)
     procedures: dict[str, Procedure] = field(default_factory=dict)
     outside: list[Line] = field(default_factory=list)
 
 
 def _code(raw: str) -> str:
-    """A line without its comment, in capitals outside of texts, single blanks."""
+    """A line without its comment, in capitals outside of texts, single blanks; a question mark before what isn't of 7 bits there,
+    as Python takes more for a blank than a controller does, and other letters for capitals of ASCII.
+    """
+    code = _plain_code(raw)
+    return code if all(part.isascii() for part in code.split('"')[::2]) else f"? {code}"
+
+
+def _plain_code(raw: str) -> str:
+    """Likewise, whatever stands in it."""
     if '"' not in raw:
         return " ".join(raw.partition("!")[0].upper().split())
     parts = raw.split('"')
@@ -150,7 +159,8 @@ def read_rapid_module(path: Path) -> RapidModule:
     if b"\0" in content or b"\r" in content:
         raise ProgramError("is not text, or ends lines in two ways (a CR without its LF)", path=path)
     lines = content.split(b"\n")
-    module = RapidModule(path, len(lines))
+    longest = max((len(line), -number) for number, line in enumerate(lines, 1))
+    module = RapidModule(path, len(lines), (-longest[1], longest[0]))
     open_: Procedure | None = None
     until, closed, begun = "", False, False
     for node in _nodes(lines):

@@ -64,6 +64,7 @@ class _Runner:
         state.file = len(state.files)
         state.files.append(str(path))
         state.written += module.count
+        state.object_longer(*module.longest)
         for line in module.outside:
             state.gap(line, "it stands outside of any procedure")
         self.records.module = self.locals[path] = {}

@@ -14,7 +14,8 @@ from camrob.languages.krl.reader.tokens import shown, statement_of
 __all__ = ["Block", "Module", "Routine", "load_module", "read_bytes"]
 
 _DEF = re.compile(
-    r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[$A-Za-z_]\w*(?:\s*\[[\s,]*\])?\s+)?([$A-Za-z_]\w*)\s*(?:\((.*)\))?\s*", re.I
+    r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[$A-Za-z_]\w*(?:\s*\[[\s,]*\])?\s+)?([$A-Za-z_]\w*)\s*(?:\((.*)\))?\s*",
+    re.I | re.ASCII,
 )
 _OPENERS = {
     "FOR": "ENDFOR",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import string
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -22,7 +23,7 @@ _TOKEN = re.compile(
     | (?P<enum>\#[A-Za-z0-9_$]+)
     | (?P<sign><=|>=|==|<>|[-+*/:=<>(){}\[\],.?])
     )""",
-    re.VERBOSE,
+    re.VERBOSE | re.ASCII,  # a no-break space is no blank
 )
 _CODE = re.compile(r"""(?:[^;"]|"[^"]*"|")*""")
 _LONGEST_STATEMENT = 100_000  # characters: a thousand times a controller's own limit
@@ -45,7 +46,7 @@ def shown(text: str, longest: int = 60) -> str:
 def statement_of(line: str) -> str:
     """The line without its comment and the blanks around it."""
     found = _CODE.match(line)
-    return (line if found is None else found[0]).strip()
+    return (line if found is None else found[0]).strip(string.whitespace)
 
 
 @lru_cache(maxsize=1024)

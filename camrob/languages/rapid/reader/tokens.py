@@ -16,11 +16,12 @@ _TOKEN = re.compile(
       | (?P<string>"(?:[^"]|"")*")
       | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
       | (?P<sign>:=|<=|>=|<>|[-+*/=<>(){}\[\],.;:\\%?|])""",
-    re.VERBOSE,
+    re.VERBOSE | re.ASCII,  # a no-break space is no blank
 )
 _NUMBERS = r"\[([-0-9.E,]+)\]"
 _ROW = re.compile(
-    rf"\s*MoveL \[{_NUMBERS},{_NUMBERS},{_NUMBERS},{_NUMBERS}\],{_NUMBERS},([A-Za-z]\w*),([A-Za-z]\w*)\\WObj:=([A-Za-z]\w*);\s*"
+    rf"\s*MoveL \[{_NUMBERS},{_NUMBERS},{_NUMBERS},{_NUMBERS}\],{_NUMBERS},([A-Za-z]\w*),([A-Za-z]\w*)\\WObj:=([A-Za-z]\w*);\s*",
+    re.ASCII,
 )
 _IN_ROW = (3, 4, 4, 6, 4)  # numbers of place, quaternion, configuration, external axes, speed
 _LONGEST_STATEMENT = 100_000  # tokens: beyond any array that a person or a CAM system writes
