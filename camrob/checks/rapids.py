@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ _ASSUMED = mm_to_m(10.0)  # a tool's diameter where nobody states it
 _LEAST = mm_to_m(1.0)  # of a cell of the grid
 _MOST_CELLS = 4_000_000
 _NEAR = 2  # cells: a diameter
-_NEVER = 1 << 52  # whole numbers that a float holds: the filter reckons in floats
+_NEVER = 1 << 52
 
 
 def rapids_in_stock(
@@ -137,9 +138,12 @@ class _Grid:
 
     def removed(self) -> NDArray[np.int64]:
         """When something within a diameter of each cell was first cut."""
-        from scipy.ndimage import minimum_filter
-
-        return np.asarray(minimum_filter(self.first, size=2 * _NEAR + 1, mode="nearest"))
+        least = self.first
+        for axis, n in enumerate(least.shape):  # a box is the same along each axis in turn
+            padded = np.pad(least, [(_NEAR, _NEAR) if d == axis else (0, 0) for d in range(3)], mode="edge")
+            shifted = (padded[(*[slice(None)] * axis, slice(k, k + n))] for k in range(2 * _NEAR + 1))
+            least = reduce(np.minimum, shifted)
+        return np.asarray(least)
 
     def cells(self, points: Array) -> tuple[NDArray[np.int64], ...]:
         """The index of the cells that points (N, 3) in the stock lie in."""

@@ -5,6 +5,7 @@ A job, `camrob/jobs/<verb>.py`, is imported when its verb runs, so that the comm
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -57,6 +58,8 @@ __all__ = [
     "version",
 ]
 
+# new objects before Python looks for rings among them: by its own 700 it looks 350 times in a small post, and finds nothing
+_COLLECTED = (200_000, 10, 10)
 # matrices here have some hundred rows: see `camrob.gap.diagnose`
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -361,6 +364,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def main() -> NoReturn:
     """Entry point of the console script."""
+    gc.set_threshold(*_COLLECTED)
     for library in _ONE_THREAD:
         os.environ.setdefault(library, "1")
     for stream in (sys.stdout, sys.stderr):

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from camrob.cutting.dexels import Dexels, Moves
 
@@ -136,6 +135,8 @@ def _since(
     if not known.any():
         out[changed] = float(at[own].max()) if own.any() else np.nan
     elif (changed & ~known).any():
+        from scipy.ndimage import distance_transform_edt  # takes long to import: only where a ray goes through
+
         near = distance_transform_edt(~known, return_distances=False, return_indices=True)
         rest = changed & ~known
         out[rest] = out[tuple(index[rest] for index in near)]

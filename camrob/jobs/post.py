@@ -342,13 +342,10 @@ def _check_choices(method: str, feed: str, device: str, seconds: float | None, p
 
 
 def _report(file: Path, summary: PostSummary, made: Made) -> None:
-    import trimesh
-
     from camrob.jobs.release.shown import map_shown, other_ways, run_shown, stock_shown
     from camrob.report.post.page import post_report
 
     inputs, solution, folder = made.inputs, made.solution, file.parent
-    body = inputs.part
     page = post_report(
         summary,
         inputs.cell,
@@ -358,7 +355,7 @@ def _report(file: Path, summary: PostSummary, made: Made) -> None:
         run=run_shown(folder, made.back.text, made.back.coverage, inputs, solution, made.feed.at),
         stock=stock_shown(inputs, made.feed.at),
         redundancy=map_shown(inputs, solution),
-        part_mesh=None if body is None else trimesh.Trimesh(**trimesh.triangles.to_kwargs(body)),
+        part_mesh=inputs.part,
         base_T_part=np.asarray(inputs.setup.base_T_part),
         comparison=other_ways(inputs, solution),
         bound=None if solution.plan is None else np.asarray(solution.plan.bound),

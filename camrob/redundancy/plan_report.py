@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.frozen import locked
-from camrob.redundancy.planning.course import Draft
-from camrob.redundancy.planning.freedoms import PlanSpace
-from camrob.redundancy.planning.objective import Objective
-from camrob.redundancy.planning.waypoints import Waypoints
+
+if TYPE_CHECKING:  # the planner is loaded where something is planned
+    from camrob.redundancy.planning.course import Draft
+    from camrob.redundancy.planning.freedoms import PlanSpace
+    from camrob.redundancy.planning.objective import Objective
+    from camrob.redundancy.planning.waypoints import Waypoints
 
 __all__ = ["ExpectedError", "PlanAccuracy", "PlanBasis", "PlanPoint", "PlanReport"]
 

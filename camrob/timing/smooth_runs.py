@@ -46,12 +46,13 @@ class SmoothRun(NamedTuple):
 
     def derivatives(self, at: Array) -> tuple[Array, Array]:
         """First and second derivative (F, 6 + n) over the length at places `at` (F,), m."""
-        from scipy.interpolate import BSpline
-
-        count = len(self.feed)
-        curve = BSpline(self.spacing * np.arange(-3, count + 4), self.control, 3)
-        inside = np.clip(at, 0.0, self.spacing * count)
-        return np.asarray(curve(inside, nu=1)), np.asarray(curve(inside, nu=2))
+        place = np.clip(np.asarray(at) / self.spacing, 0.0, len(self.feed))
+        span = np.minimum(place.astype(np.int64), len(self.feed) - 1)
+        step = np.diff(self.control, axis=0)[span[:, None] + np.arange(3)]
+        w, h = (place - span)[:, None], self.spacing
+        lower, upper = step[:, 1] - step[:, 0], step[:, 2] - step[:, 1]
+        rate = 0.5 * (step[:, 0] + step[:, 1]) + w * lower + 0.5 * w**2 * (upper - lower)
+        return rate / h, (lower + w * (upper - lower)) / h**2
 
 
 def run_bounds(rates: PathRates) -> tuple[MotionBounds, Indices]:

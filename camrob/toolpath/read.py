@@ -15,6 +15,7 @@ from camrob.toolpath.apt.read_apt import read_cl
 from camrob.toolpath.cut_off import refuse_cut_off
 from camrob.toolpath.defaults import Defaults
 from camrob.toolpath.foreign import refuse_foreign
+from camrob.toolpath.recognise import looks_like_gcode
 from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
 from camrob.toolpath.toolpath import Toolpath
 
@@ -66,8 +67,6 @@ def read_toolpath(
         >>> toolpath.dialect, len(toolpath.regions)
         ('nx-clsf', 2)
     """
-    from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
-
     place = Path(path)
     if dialect is not None and dialect not in DIALECTS and not dialect.startswith("gcode"):
         known = ", ".join([*DIALECTS, "gcode"])
@@ -82,6 +81,8 @@ def read_toolpath(
     is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
     try:
         if is_gcode:
+            from camrob.toolpath.gcode.read_gcode import read_gcode  # brings all controls
+
             toolpath = read_gcode(
                 place,
                 data,

@@ -17,6 +17,7 @@ from page_data import data_of, library_of
 from summary_samples import POST, post_summary, region
 
 from camrob.cell.read_cell import read_cell
+from camrob.cell.shape import Shape, ShapeKind
 from camrob.findings import Finding, Severity
 from camrob.kinematics.kernels import chain_arrays, forward_many, inverse_kf_many
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
@@ -26,10 +27,11 @@ from camrob.report.page.html import data_block, escape, number, plot_text
 from camrob.report.page.render import fill
 from camrob.report.page.thinning import curve_indices, path_indices
 from camrob.report.page.timeline import Run
-from camrob.report.page.triangles import shape_mesh, thinned, world_T_frames
+from camrob.report.page.triangles import joined, shape_mesh, thinned, world_T_frames
 from camrob.report.post.page import post_report
 
 CELL = read_cell(Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table")
+BALL = Shape("ball", "ball", "world", ShapeKind.SPHERE, np.array([0.1]), np.eye(4))
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'\u2028\u2029\u202e%{x}\ud800"
 
 
@@ -137,7 +139,7 @@ def made():
 
 
 def test_nothing_is_loaded_and_only_its_own_scripts_may_run(made):
-    page = _page(*made, part_mesh=trimesh.creation.box((0.1, 0.1, 0.1)), base_T_part=np.eye(4))
+    page = _page(*made, part_mesh=trimesh.creation.box((0.1, 0.1, 0.1)).triangles, base_T_part=np.eye(4))
     reader = _read(page)
     for tag, attrs in reader.tags:
         assert tag not in {"link", "iframe", "img", "object", "embed", "base", "form", "video", "audio"}
@@ -304,7 +306,7 @@ def test_long_program_stays_small():
     )
     many = Solution("vjm", np.tile(solution.q, (k, 1)), np.tile(solution.inv_kf, k), CELL.digest, long.digest)
     findings = [Finding("a", "the same thing", line=i) for i in range(10_000)]
-    part = trimesh.creation.icosphere(subdivisions=6, radius=0.1)
+    part = trimesh.creation.icosphere(subdivisions=6, radius=0.1).triangles
     page = _page(long, many, findings=findings, part_mesh=part, comparison={"x": many.inv_kf}, bound=many.inv_kf)
     assert len(page) < 4e6
     assert "10,000" in page and "too many regions to tint" in page
@@ -336,7 +338,7 @@ def test_thinned_path_keeps_corners():
 
 
 def test_thinned_mesh_has_the_same_bounds():
-    mesh = trimesh.creation.icosphere(subdivisions=6, radius=0.2)
+    mesh = joined(trimesh.creation.icosphere(subdivisions=6, radius=0.2).triangles)
     small = thinned(mesh, 4000)
     assert len(small.faces) <= 4000
     np.testing.assert_allclose(small.bounds, mesh.bounds, atol=0.01)
@@ -354,15 +356,20 @@ def test_frames_hold_the_tool_on_the_path(made):
     assert np.ptp(still[:, 0]) < 1e-12
 
 
-@pytest.mark.parametrize("shape", CELL.shapes, ids=lambda s: s.name)
-def test_shapes_are_closed_and_of_their_size(shape):
-    mesh = shape_mesh(replace(shape, frame_T_shape=np.eye(4)), CELL.folder)
+SIZES = {
+    ShapeKind.BOX: lambda s: (s, np.prod(s)),
+    ShapeKind.CYLINDER: lambda s: ((2 * s[0], 2 * s[0], s[1]), np.pi * s[0] ** 2 * s[1]),
+    ShapeKind.CAPSULE: lambda s: ((2 * s[0], 2 * s[0], s[1] + 2 * s[0]), np.pi * s[0] ** 2 * (s[1] + 4 / 3 * s[0])),
+    ShapeKind.SPHERE: lambda s: (3 * [2 * s[0]], 4 / 3 * np.pi * s[0] ** 3),
+}
+
+
+@pytest.mark.parametrize("shape", [*CELL.shapes, BALL], ids=lambda s: s.name)
+def test_shapes_are_closed_face_outwards_and_are_of_their_size(shape):
+    mesh = trimesh.Trimesh(*shape_mesh(replace(shape, frame_T_shape=np.eye(4)), CELL.folder), process=False)
+    sizes, volume = SIZES[shape.kind](shape.size)
     assert mesh.is_watertight
-    sizes = {
-        "box": lambda s: s,
-        "cylinder": lambda s: (2 * s[0], 2 * s[0], s[1]),
-        "capsule": lambda s: (2 * s[0], 2 * s[0], s[1] + 2 * s[0]),
-    }[shape.kind.value](shape.size)
+    assert mesh.volume == pytest.approx(volume, rel=0.02)  # below zero where it faces inwards
     np.testing.assert_allclose(mesh.extents, sizes, rtol=0.01)
     np.testing.assert_allclose(mesh.bounds.mean(axis=0), 0.0, atol=1e-9)
 
@@ -394,7 +401,7 @@ def test_figures_are_written(made, tmp_path):
     figure_conditioning(
         path, solution, file=curve, threshold=0.5, names=names, comparison=others, bound=solution.inv_kf
     )
-    part = trimesh.creation.box((0.2, 0.2, 0.1))
+    part = trimesh.creation.box((0.2, 0.2, 0.1)).triangles
     figure_overview(CELL, path, solution, file=picture, point=50, part_mesh=part, base_T_part=np.eye(4))
     for file in (curve, picture):
         assert file.read_bytes().startswith(b"\x89PNG") and file.stat().st_size > 20_000

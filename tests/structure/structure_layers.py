@@ -75,7 +75,7 @@ HEAVY = frozenset(
 # rooms whose modules are there for a heavy library's sake, and may import it at their top; the command line and
 # `import camrob` never reach them before a job runs (test_importing_camrob_and_its_command_line_is_light)
 MAY_BE_HEAVY = {
-    "report": frozenset({"plotly", "matplotlib", "trimesh"}),  # pages, figures and the bodies in them
+    "report": frozenset({"plotly", "matplotlib"}),  # pages and figures
     "bodies": frozenset({"trimesh"}),  # meshes
     "checks": frozenset({"trimesh", "fcl", "coal"}),  # collisions
 }

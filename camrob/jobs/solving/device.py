@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
-from camrob.redundancy.planning.scan_batched import Score
+
+if TYPE_CHECKING:
+    from camrob.redundancy.planning.scan_batched import Score
 
 __all__ = ["DEVICES", "batch_score", "check_device"]
 

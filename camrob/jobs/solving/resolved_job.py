@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.cell import Cell
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.files.kept_apart import kept_apart
 from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
-from camrob.jobs.solving.elsewhere import with_a_place
 from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
-from camrob.jobs.solving.plan_run import job_run
 from camrob.jobs.solving.sought import Sought
 from camrob.progress import Share
-from camrob.redundancy.planned import resolve_planned
+from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions
@@ -32,12 +32,20 @@ Residual = tuple[Array, Array]
 
 TRACKING_TOLERANCE = 1e-9  # m and rad: the solver's promise before rounding, 1e-6 mm and 1e-6 rad
 
+
+def _planned(cell: Cell, path: ToolPathInBase, **options: Any) -> Solution:
+    """`resolve_planned`, loaded where something is planned."""
+    from camrob.redundancy.planned import resolve_planned
+
+    return resolve_planned(cell, path, **options)
+
+
 METHODS: Mapping[str, Mapping[str, Callable[..., Solution]]] = {
     "vjm": {"published": resolve_vjm},
     "planned": {
-        "knee": partial(resolve_planned, mode="knee"),
-        "still": partial(resolve_planned, mode="still"),
-        "flowing": partial(resolve_planned, mode="flowing"),
+        "knee": partial(_planned, mode="knee"),
+        "still": partial(_planned, mode="still"),
+        "flowing": partial(_planned, mode="flowing"),
         "published": resolve_vjm,
     },
 }
@@ -91,6 +99,8 @@ def resolve_job(
             own = None if seconds is None else seconds * (where.stop - where.start) / total
             found = _solved(replace(here, cell=kept.cell), resolve, share, device, sought, own, further)
         except JobError as e:
+            from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
+
             raise with_a_place(
                 named_region(kept.named(e), inputs), inputs, planned=resolve is not resolve_vjm
             ) from None
@@ -121,6 +131,8 @@ def _solved(
     """The solution of one stretch."""
     if resolve is resolve_vjm:
         return resolve_vjm(inputs.cell, inputs.path, further=further, progress=progress)
+    from camrob.jobs.solving.plan_run import job_run
+
     score = batch_score(inputs.cell, device)
     errors = None
     if sought is not None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
-from camrob.redundancy.planning.objective import plan_weights
 
 __all__ = ["Sought", "check_sought"]
 
@@ -32,7 +31,7 @@ def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool, tole
     given = [n for n in ("calibration", "diagnosis", "force") if getattr(sought, n) is not None]
     if asked and not planned:
         raise InputError("--for-accuracy needs postures that are planned", hint="add --method planned")
-    looks = planned and (asked or plan_weights(cell).accuracy > 0.0)
+    looks = planned and (asked or _for_accuracy(cell))
     if tolerance and sought.diagnosis is not None:
         given = [n for n in given if n == "force"]
     if sought.corrected and not looks:
@@ -41,3 +40,10 @@ def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool, tole
         hint = "add --for-accuracy" if given[0] == "force" else "add --for-accuracy, or tolerance_mm to setup.toml"
         raise InputError(f"--{given[0]} is for plans that look at the part's error", hint=hint)
     return sought if looks else None
+
+
+def _for_accuracy(cell: Cell) -> bool:
+    """Whether the cell itself has plans look at the part's error."""
+    from camrob.redundancy.planning.objective import plan_weights
+
+    return plan_weights(cell).accuracy > 0.0

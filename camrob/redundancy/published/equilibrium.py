@@ -2,16 +2,16 @@
 
 Algorithm 1 ends where self-motion has nothing left to gain: N^T h = 0. Followed without a bound, table and track jump where that
 posture folds over; camrob bounds self-motion by the tool's own motion and the axes' speeds (`virtual_joint`), so that the posture
-lags behind there. How far is worked out from the postures alone, in plain NumPy and SciPy.
+lags behind there. How far is worked out from the postures alone, in plain NumPy.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
@@ -75,17 +75,18 @@ def equilibrium(cell: Cell, path: ToolPathInBase, solution: Solution) -> Equilib
 def weights_along(surface: WeightSurface, q: Array) -> Array:
     """Weights (N, n) that a compiled engine gives postures q (N, n)."""
     table = surface.table
-    axes: list[Array] = []
-    places: list[Array] = []
-    for k, nodes in reversed(list(enumerate((surface.nodes0, surface.nodes1, surface.nodes2)))):
-        if len(nodes) == 1:
-            table = np.asarray(np.take(table, 0, axis=k))
-            continue
-        falling = bool(nodes[0] > nodes[-1])
-        axes.insert(0, nodes[::-1] if falling else nodes)
-        table = np.flip(table, k) if falling else table
-        places.insert(0, np.clip(q[:, surface.axis[k]], np.min(nodes), np.max(nodes)))
-    return np.asarray(RegularGridInterpolator(axes, table)(np.stack(places, axis=1)))
+    place = np.empty((3, len(q)))
+    for k, nodes in enumerate((surface.nodes0, surface.nodes1, surface.nodes2)):
+        rising = slice(None, None, -1 if nodes[0] > nodes[-1] else 1)
+        place[k] = np.interp(q[:, surface.axis[k]], nodes[rising], np.arange(len(nodes), dtype=float)[rising])
+    low = place.astype(np.int64)
+    share = place - low
+    weights = np.zeros((len(q), table.shape[3]))
+    for corner in product((0, 1), repeat=3):
+        at = np.minimum(low.T + corner, np.array(table.shape[:3]) - 1)
+        part = np.prod(np.where(np.array(corner)[:, None], share, 1.0 - share), axis=0)
+        weights += part[:, None] * table[tuple(at.T)]
+    return weights
 
 
 def _references(cell: Cell, path: ToolPathInBase, solution: Solution) -> Array:

@@ -8,7 +8,6 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
@@ -23,7 +22,7 @@ from camrob.redundancy.solution import Solution
 from camrob.report.page.path_charts import Along
 from camrob.report.page.render import Facets, render, screen_R_world
 from camrob.report.page.thinning import curve_indices, path_indices
-from camrob.report.page.triangles import role_of, shape_mesh, world_T_frames
+from camrob.report.page.triangles import role_of, shape_mesh, sphere, world_T_frames
 from camrob.report.page.viewer import ROLE_COLORS
 from camrob.se3 import pose
 from camrob.units import deg_to_rad
@@ -103,13 +102,13 @@ def figure_overview(
     *,
     file: Path,
     point: int,
-    part_mesh: trimesh.Trimesh | None = None,
+    part_mesh: Array | None = None,
     base_T_part: Array | None = None,
     turn_deg: float = -58.0,
 ) -> None:
     """Writes a picture of the cell at a point of the path: bodies, part, and the path coloured by 1/k_F.
 
-    part_mesh: in its own frame, metres, placed by base_T_part (the identity by default). turn_deg: how far the eye
+    part_mesh: triangles (T, 3, 3) in its own frame, m, placed by base_T_part (the identity by default). turn_deg: how far the eye
     stands to the side of the line from the robot to the tool, seen from above.
     """
     poses = {name: poses_[0] for name, poses_ in world_T_frames(cell, solution.q[point][None]).items()}
@@ -164,7 +163,7 @@ def place_picture(cell: Cell, q: Array, base_p: Array, shown: NDArray[np.bool_],
     grey = np.tile(to_rgb("#5c6773"), (len(base_p), 1))
     pictures = []
     for center, width_m in (whole, (tip, _NEAR)):
-        ball = trimesh.creation.icosphere(subdivisions=3, radius=_BALL * width_m)
+        ball = sphere(_BALL * width_m, _SIDES).triangles
         marked = _facets(ball, pose(np.eye(3), tip), _MARK, len(cell.shapes) + 1)
         ribbon = _path_facets(base_p, shown, poses["base"], towards_eye, width_m / _PLACE[0], grey)
         every = Facets.joined([*(f for _, f in bodies), ribbon, marked])
@@ -185,14 +184,14 @@ def _framed(p: Array, towards_eye: Array, pixels: tuple[int, int], room: float) 
     return 0.5 * (low + high) @ view_R, float(width_m)
 
 
-def _facets(mesh: trimesh.Trimesh, world_T_mesh: Array, color: str, body: int, *, fades: bool = False) -> Facets:
-    corners = np.asarray(mesh.triangles, float) @ world_T_mesh[:3, :3].T + world_T_mesh[:3, 3]
+def _facets(triangles: Array, world_T_mesh: Array, color: str, body: int, *, fades: bool = False) -> Facets:
+    corners = triangles @ world_T_mesh[:3, :3].T + world_T_mesh[:3, 3]
     n = len(corners)
     return Facets(corners, np.tile(to_rgb(color), (n, 1)), np.full(n, body), np.ones(n, dtype=bool), np.full(n, fades))
 
 
 def _body_facets(
-    cell: Cell, poses: Mapping[str, Array], part_mesh: trimesh.Trimesh | None, base_T_part: Array
+    cell: Cell, poses: Mapping[str, Array], part_mesh: Array | None, base_T_part: Array
 ) -> list[tuple[str, Facets]]:
     """Every body's triangles in `world` by its frame; boxes fixed in the world are cut off some way round what moves."""
     out: list[tuple[str, Facets]] = []
@@ -202,11 +201,15 @@ def _body_facets(
             (
                 shape.frame,
                 _facets(
-                    mesh, poses[shape.frame], ROLE_COLORS[role_of(cell, shape.frame)], k, fades=shape.frame == "world"
+                    mesh.triangles,
+                    poses[shape.frame],
+                    ROLE_COLORS[role_of(cell, shape.frame)],
+                    k,
+                    fades=shape.frame == "world",
                 ),
             )
         )
-    if part_mesh is not None and len(part_mesh.faces):
+    if part_mesh is not None and len(part_mesh):
         world_T_part = poses["base"] @ base_T_part
         color = ROLE_COLORS["part"]
         out.append(("base", _facets(part_mesh, world_T_part, color, len(cell.shapes))))  # frames: mesh is part

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from camrob.cutting.seen import SeenSide, SeenStock
 from camrob.report.page.pack import packed_floats, packed_integers
-from camrob.report.page.triangles import thinned
+from camrob.report.page.triangles import joined, thinned
 from camrob.units import m_to_mm
 
 __all__ = ["StockOnPage"]
@@ -33,7 +32,7 @@ class StockOnPage:
 
     def data(self, base_T_part: Array) -> dict[str, Any]:
         """For player.js: lengths in mm, in `part`, whose pose in `base` goes with it."""
-        mesh = thinned(trimesh.Trimesh(**trimesh.triangles.to_kwargs(self.triangles)), _FACES)
+        mesh = thinned(joined(self.triangles), _FACES)
         pose = np.array(base_T_part, float)[:3]
         pose[:, 3] = m_to_mm(pose[:, 3])
         out: dict[str, Any] = {

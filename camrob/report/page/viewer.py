@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
@@ -17,7 +16,7 @@ from camrob.report.page.html import plot_text
 from camrob.report.page.pack import packed_floats, packed_integers
 from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run, chain_data, timeline_data
-from camrob.report.page.triangles import role_of, shape_mesh, thinned, world_T_frames
+from camrob.report.page.triangles import Mesh, box_corners, joined, role_of, shape_mesh, thinned, world_T_frames
 from camrob.units import deg_to_rad, m_to_mm
 
 __all__ = ["ROLE_COLORS", "scene_data"]
@@ -46,7 +45,7 @@ _MARGIN = 0.08  # m round all that moves
 _SEAM = 0.002  # m between a cut and the edge of the view
 
 
-def _body(name: str, role: str, frame: str, mesh: trimesh.Trimesh) -> dict[str, Any]:
+def _body(name: str, role: str, frame: str, mesh: Mesh) -> dict[str, Any]:
     return {
         "name": plot_text(name),
         "role": role,
@@ -57,12 +56,12 @@ def _body(name: str, role: str, frame: str, mesh: trimesh.Trimesh) -> dict[str, 
     }
 
 
-def _view(path: ToolPathInBase, poses: Mapping[str, Array], meshes: list[tuple[Shape, trimesh.Trimesh]]) -> Array:
+def _view(path: ToolPathInBase, poses: Mapping[str, Array], meshes: list[tuple[Shape, Mesh]]) -> Array:
     """Corners (2, 3), m in `world`, of a box round all that moves in any of the stops; what stands may be cut off."""
     corners = [np.zeros((1, 3))]
     for shape, mesh in meshes:
         if shape.frame != "world":
-            box = np.c_[trimesh.bounds.corners(mesh.bounds), np.ones(8)]
+            box = np.c_[box_corners(mesh.bounds), np.ones(8)]
             corners.append((poses[shape.frame] @ box.T)[:, :3].swapaxes(1, 2).reshape(-1, 3))
     tips = path.base_T_tip[:: max(1, len(path) // 500), :, 3]
     corners.append((poses["base"] @ tips.T)[:, :3].swapaxes(1, 2).reshape(-1, 3))
@@ -70,11 +69,9 @@ def _view(path: ToolPathInBase, poses: Mapping[str, Array], meshes: list[tuple[S
     return np.stack([every.min(axis=0) - _MARGIN, every.max(axis=0) + _MARGIN])
 
 
-def _cut_off(mesh: trimesh.Trimesh, view: Array) -> trimesh.Trimesh:
+def _cut_off(mesh: Mesh, view: Array) -> Mesh:
     """A fixed box (floor, track bed) as far as the view goes, so that its cut is clean."""
-    cut = mesh.copy()
-    cut.vertices = np.clip(mesh.vertices, view[0], view[1])
-    return cut
+    return mesh._replace(vertices=np.clip(mesh.vertices, view[0], view[1]))
 
 
 def _look(poses: Mapping[str, Array]) -> list[float]:
@@ -96,12 +93,15 @@ def scene_data(
     names: Mapping[int, str],
     run: Run,
     *,
-    part_mesh: trimesh.Trimesh | None,
+    part_mesh: Array | None,
     base_T_part: Array,
     threshold: float,
     stock: StockOnPage | None = None,
 ) -> dict[str, Any]:
-    """All that player.js draws from; lengths in mm."""
+    """All that player.js draws from; lengths in mm.
+
+    part_mesh: the part's triangles (T, 3, 3), m, placed by base_T_part (4, 4).
+    """
     q = np.asarray(solution.q)[np.unique(np.linspace(0, len(path) - 1, _POSTURES).astype(int))]
     poses = world_T_frames(cell, q)
     meshes = [(shape, thinned(shape_mesh(shape, cell.folder, sides=_SIDES), SHAPE_FACES)) for shape in cell.shapes]
@@ -111,9 +111,8 @@ def scene_data(
         fixed = shape.frame == "world" and shape.kind is ShapeKind.BOX
         shown = _cut_off(mesh, view) if fixed else mesh
         bodies.append(_body(shape.name, role_of(cell, shape.frame), shape.frame, shown))
-    if part_mesh is not None and len(part_mesh.faces):
-        placed = thinned(part_mesh, PART_FACES).copy()
-        placed.apply_transform(np.asarray(base_T_part))
+    if part_mesh is not None and len(part_mesh):
+        placed = thinned(joined(part_mesh), PART_FACES).placed(np.asarray(base_T_part))
         bodies.append(_body("part", "part", "base", placed))
     return {
         "chain": chain_data(cell),

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
@@ -88,7 +87,7 @@ def post_report(
     findings: Iterable[Finding],
     stock: StockOnPage | None = None,
     redundancy: RedundancyMap | None = None,
-    part_mesh: trimesh.Trimesh | None = None,
+    part_mesh: Array | None = None,
     base_T_part: Array | None = None,
     comparison: Mapping[str, Array] | None = None,
     bound: Array | None = None,
@@ -98,8 +97,8 @@ def post_report(
     """The page for a posted program, as text.
 
     run: when the program is where, and what it says there. stock: as it is cut. redundancy: the map of the freedoms. part_mesh:
-    the part in its own frame, m, placed by base_T_part (4, 4). comparison: 1/k_F (N,) of other solutions of the same path by
-    their names (the paper's Figure 10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches.
+    the part's triangles (T, 3, 3), m, placed by base_T_part (4, 4). comparison: 1/k_F (N,) of other solutions of the same path
+    by their names (the paper's Figure 10), NaN where they have none. bound: (N,) the highest 1/k_F that any posture reaches.
     reached: (N,) m/s while cutting; torques: points and what the axes need there. The same arguments give the same text. Raises
     ValueError where an array doesn't have the path's length.
     """

@@ -20,27 +20,13 @@ from camrob.toolpath.gcode.interpreter import Interpreter
 from camrob.toolpath.gcode.lexer import decode
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.turning import refuse_turning
+from camrob.toolpath.recognise import GCODE_LINE
 from camrob.toolpath.region import Region
 from camrob.toolpath.toolpath import Tool, Toolpath
 from camrob.toolpath.toolpath_builder import clean_text
 
-__all__ = ["KINEMATICS", "looks_like_gcode", "read_gcode"]
+__all__ = ["KINEMATICS", "read_gcode"]
 
-_HEAD = 65_536  # bytes that are looked at to recognise G-code
-_GCODE_LINE = re.compile(
-    rb"^[ \t]*+/?+[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[GM][ \t]*+[0-9]{1,3}(?![0-9A-Z_]*[ \t]*+[=/,])", re.I | re.M
-)
-_PLAIN_LANGUAGE = re.compile(
-    rb"^[ \t]*(?:N?\d+[ \t]+)?BEGIN[ \t]+PGM[ \t]|^%_N_|\bTRAORI\b"
-    rb"|^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL)[ \t]|PROC[ \t]+\w+[ \t]*(?:\(|;|\r?$)|EXTERN[ \t]+\w)",
-    re.I | re.M,
-)  # Heidenhain, Siemens
-_AXIS_LINE = re.compile(
-    rb"^[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[XYZABCTF][ \t]*+[-+]?+[0-9.]++[^/=,\r\n]*+$", re.I | re.M
-)
-_OTHER_LINE = re.compile(
-    rb"^[ \t]*+(?:GOTO[ \t]*+/|[A-Z][A-Z -]{2,}/|\$\$|&[A-Z]|DEF[ \t]|LIN[ \t]|PTP[ \t]|solid )", re.I | re.M
-)
 _LARGE = 3.0  # m
 _COMMENT = re.compile(r"\([^()\n]*+\)|;[^\n]*+")
 _TOOL_CHANGE = re.compile(r"M[ \t]*+0*+6(?![0-9.])")
@@ -55,17 +41,6 @@ _LINUXCNC_TCP = re.compile(r"M[ \t]*428(?![0-9.])")
 KINEMATICS = ("xyzac", "xyzbc", "xyzac-iso", "xyzbc-iso")
 _MANY_DECIMALS = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9]?\.[0-9]{9}")
 _ROTARY_WORD = re.compile(r"[ABC][ \t]*+[-+]?+[ \t]*+[0-9.]")
-
-
-def looks_like_gcode(data: bytes) -> bool:
-    """Whether the bytes begin like G-code: more lines with G or M codes or axis words than of another language."""
-    head = data[:_HEAD].replace(b"\r", b"\n")  # some controls end their lines with CR alone
-    if b"\0" in head:
-        return False
-    if _PLAIN_LANGUAGE.search(head):
-        return True
-    codes = len(_GCODE_LINE.findall(head))
-    return codes > 0 and codes + len(_AXIS_LINE.findall(head)) > len(_OTHER_LINE.findall(head))
 
 
 def read_gcode(
@@ -166,7 +141,7 @@ def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tup
 
 def _refuse_rest(lines: list[str], line: int) -> None:
     """Raises ToolpathError where a program goes on behind a % that no M2 or M30 stands before: the control would not run that."""
-    if any(_GCODE_LINE.match(text.encode()) for text in lines[line:]):
+    if any(GCODE_LINE.match(text.encode()) for text in lines[line:]):
         raise ToolpathError(
             "the program ends at this %, without M2 or M30, and more blocks follow",
             hint="take the % out, or what is behind it",

@@ -6,20 +6,19 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from camrob.errors import ToolpathError
 from camrob.witness.cl.apt import AptReader
 from camrob.witness.cl.foreign.autodesk import CONTOURS, FUSION, MORI, TRUEPATH
-from camrob.witness.cl.foreign.foreign_words import ForeignReader
-from camrob.witness.cl.foreign.klartext import KlartextReader
-from camrob.witness.cl.foreign.osp import OSP, OspReader
-from camrob.witness.cl.foreign.sinumerik import SinumerikReader
-from camrob.witness.cl.gcode import GcodeReader
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.source import read_text
 from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Story
 from camrob.witness.machine_tool import MachineTool
+
+if TYPE_CHECKING:
+    from camrob.witness.cl.gcode import GcodeReader
 
 __all__ = ["read_story"]
 
@@ -41,20 +40,14 @@ _MARKS = (
     ("nx-clsf", r"^\s*(TOOL PATH|TLDATA|PAINT)\s*/"),
     (FUSION, r"^PARTNO/ ?'[^\n]*'\s*$"),
 )
-_OTHERS = (
-    (KlartextReader, re.compile(r"^[ \t]*(N?\d+[ \t]+)?BEGIN PGM ", re.I | re.M)),
-    (OspReader, OSP),
-    (
-        SinumerikReader,
-        re.compile(
-            r"\b(G7[01]0|CYCLE8\d+|ORIWKS|ORIMKS|ORIVECT|SUPA|COMPCAD|FFWON|G64[0-5]|STOPRE|MCALL|GOTO[FB])\b|^%_N_"
-            r"|\bA?(TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(POCKET\d?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67]\d)\b"
-            r"|\b(RND|CH[RF]|AP|RP)[ \t]*=|^[ \t]*(N\d+[ \t]+)?REPEATB?[ \t]+[A-Z_]"
-            r"|\b(DEF[ \t]+(REAL|INT)|R\d+[ \t]*=)|\b([XYZABC]|[ABC]3|CR|TURN|T)[ \t]*=[ \t]*[-+(\dR\"A-Z]",
-            re.I | re.M,
-        ),
-    ),
-)  # whose programs look like G-code
+# programs that look like G-code
+_KLARTEXT = re.compile(r"^[ \t]*(N?\d+[ \t]+)?BEGIN PGM ", re.I | re.M)
+_SINUMERIK = (
+    r"\b(G7[01]0|CYCLE8\d+|ORIWKS|ORIMKS|ORIVECT|SUPA|COMPCAD|FFWON|G64[0-5]|STOPRE|MCALL|GOTO[FB])\b|^%_N_"
+    r"|\bA?(TRANS|ROT|MIRROR|SCALE)[ \t]+[XYZ]|\b(POCKET\d?|LONGHOLE|SLOT[12]|HOLES[12]|CIP|WORKPIECE|CYCLE[67]\d)\b"
+    r"|\b(RND|CH[RF]|AP|RP)[ \t]*=|^[ \t]*(N\d+[ \t]+)?REPEATB?[ \t]+[A-Z_]"
+    r"|\b(DEF[ \t]+(REAL|INT)|R\d+[ \t]*=)|\b([XYZABC]|[ABC]3|CR|TURN|T)[ \t]*=[ \t]*[-+(\dR\"A-Z]"
+)
 _NAMES = {
     "nx": "nx-clsf",
     "clsf": "nx-clsf",
@@ -89,7 +82,7 @@ def _named(dialect: str) -> str:
 def _recognised(text: str) -> str:
     """Whose file it is, by what only that system writes."""
     head = text[:_HEAD]
-    if any(mark.search(head) for _, mark in _OTHERS[:1]):
+    if _KLARTEXT.search(head):
         return "gcode"
     if not _APT.search(head):
         if _GCODE.search(head):
@@ -108,6 +101,34 @@ def _assumed_units(text: str, tell: Teller) -> str:
         tell.note("the file states no units: inches, since all its feeds are in inches")
         return "inch"
     return "mm"
+
+
+def _program_reader(
+    text: str,
+    file: Path,
+    tell: Teller,
+    units: str | None,
+    offsets: Offsets,
+    *,
+    by_tool: bool,
+    machine: MachineTool | None,
+    numbers: Mapping[str, int],
+) -> GcodeReader:
+    """What reads a program of G-code, or of a control whose programs look like it: loaded for these alone."""
+    from camrob.witness.cl.foreign.foreign_words import ForeignReader
+    from camrob.witness.cl.foreign.klartext import KlartextReader
+    from camrob.witness.cl.foreign.osp import OSP, OspReader
+    from camrob.witness.cl.foreign.sinumerik import SinumerikReader
+    from camrob.witness.cl.gcode import GcodeReader
+
+    bare = re.sub(r"\([^()\n]*\)|;[^\n]*", "", text)  # comments, and values of calls
+    plain = SinumerikReader if file.suffix.lower() in (".mpf", ".spf") else GcodeReader
+    others = ((KlartextReader, _KLARTEXT), (OspReader, OSP), (SinumerikReader, re.compile(_SINUMERIK, re.I | re.M)))
+    language = next((reader for reader, mark in others if mark.search(bare)), plain)
+    reader = language(tell, units, offsets, by_tool=by_tool, machine=machine)
+    if isinstance(reader, ForeignReader):
+        reader.numbers = numbers
+    return reader
 
 
 def read_story(
@@ -142,13 +163,9 @@ def read_story(
         kind = _named(dialect) if dialect else _recognised(text)
         reader: AptReader | GcodeReader
         if kind == "gcode":
-            bare = re.sub(r"\([^()\n]*\)|;[^\n]*", "", text)  # comments, and values of calls
-            plain = SinumerikReader if file.suffix.lower() in (".mpf", ".spf") else GcodeReader
-            language = next((reader for reader, mark in _OTHERS if mark.search(bare)), plain)
             by_tool = bool(dialect) and str(dialect).endswith("-iso")
-            reader = language(tell, units, Offsets(tell, wear), by_tool=by_tool, machine=machine)
-            if isinstance(reader, ForeignReader):
-                reader.numbers = numbers or {}
+            offsets, known = Offsets(tell, wear), numbers or {}
+            reader = _program_reader(text, file, tell, units, offsets, by_tool=by_tool, machine=machine, numbers=known)
         else:
             offsets = Offsets(tell, wear, contour=kind in CONTOURS)
             reader = AptReader(tell, kind, units or _assumed_units(text, tell), units is not None, offsets, tools or {})

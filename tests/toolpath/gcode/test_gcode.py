@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from camrob.errors import ToolpathError
 from camrob.machine_tool import rotary_axes
 from camrob.toolpath.gcode.program_frame import euler
-from camrob.toolpath.gcode.read_gcode import looks_like_gcode, read_gcode
+from camrob.toolpath.gcode.read_gcode import read_gcode
+from camrob.toolpath.recognise import looks_like_gcode
 from camrob.toolpath.region import EventKind, Move
 from camrob.toolpath.toolpath import Toolpath
 
