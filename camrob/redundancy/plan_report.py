@@ -120,9 +120,9 @@ class PlanReport:
     conditioning one), re-postures among them. repostures: how many; retracts: how many of them needed a retract that the path did
     not have. best_error: m, rms of the part's error at each place's best posture of a scan, None of a plan that doesn't look at
     it; accuracy: what looking at it has gained. reached_mean: of 1/k_F, by length as the bound's. seconds: how long the plan was
-    to be bettered, None for as long as it takes; missed: points of the curve that there was no time for. mended: how often it
-    was made anew because it touched something or could not be followed. bases: what its price is reckoned from, one for each
-    stretch between tool changes.
+    to be bettered, None for as long as it takes; missed: points of the curve that there was no time for, and the look for a
+    cheaper plan, which counts for one. mended: how often it was made anew because it touched something or could not be followed.
+    bases: what its price is reckoned from, one for each stretch between tool changes.
     """
 
     mode: str

@@ -31,7 +31,8 @@ from camrob.redundancy.planning.for_accuracy import expected_error, preferred
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.replanning.bettered import Run
-from camrob.redundancy.replanning.clearing import Obstacles, cleared, published
+from camrob.redundancy.replanning.clearing import Obstacles, cleared
+from camrob.redundancy.replanning.hurried import published
 from camrob.redundancy.replanning.one_plan import Task
 from camrob.redundancy.solution import Solution
 from camrob.units import m_to_mm
@@ -64,8 +65,11 @@ def resolve_planned(
     run(path, solution): how the controller runs a solution (`RunFigures`). With it the knee's plan gives way to one that is
     cheaper by the whole objective, travel priced in full, wherever that one takes no longer, holds the feed as well and has to
     be slowed no more for the axes' limits; without it nobody can tell, and the knee's stays.
-    seconds: how long the plan is bettered: the curve gets no further points when they are over. What a plan needs at least is
-    done however long it takes; the report says what there was no time for.
+    seconds: how long the plan is bettered: when they are over the curve gets no further points, no cheaper plan is looked for,
+    and a plan that touches something or can't be followed is not made anew but gives way to the published method's postures, with
+    a finding that says so and their gap. What a first plan needs (waypoints, survey, candidates, the search of both ends, one
+    following with its look at obstacles) is done however long it takes, and a step that is under way is ended; the report
+    says what there was no time for.
     Where the path can't be followed without a re-posture and has no safe point for one, retracts are put in: the
     solution then belongs to `Solution.path`. An arm without closed form, and a path for which no plan is found, is left to
     the published method, with a finding that says so.

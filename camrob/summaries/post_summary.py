@@ -210,7 +210,8 @@ class PlanFigures(Summary):
     """How a planned solution was chosen: the curve of conditioning against external travel, and the objective's terms, m.
 
     gap_percent: what the mean 1/k_F over what is cut lacks to its bound's; seconds: what was asked for, None for no end; missed:
-    points of the curve that there was no time for; mended: how often the plan was made anew where it touched something.
+    points of the curve that there was no time for, and the look for a cheaper plan, which counts for one; mended: how often the
+    plan was made anew where it touched something.
     """
 
     mode: str

@@ -3,7 +3,9 @@
 What touches is forbidden in the lattice where it touches (`forbidding`); the point of the curve that was taken is searched
 for and refined anew on the same lattice, and followed; and so on, _ROUNDS times at most. Where nothing leads through any more
 the whole curve is made anew, with a retract where there has to be one. Where that is not enough either, the other points of
-the first curve are tried, those first that are nearest to the one that was taken.
+the first curve are tried, those first that are nearest to the one that was taken. A plan that is not fit when its time is over
+gives way to the published method's postures (`hurried`); so where there is an end to the time, one point of the curve is made fit
+first, and the others are looked for in what is left.
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.cell import Cell
 from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.progress import Share
@@ -25,12 +26,21 @@ from camrob.redundancy.planning.forbidding import FEATURES, marks
 from camrob.redundancy.planning.objective import Objective, plan_weights
 from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.waypoints import waypoints
-from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.replanning.bettered import Run, RunFigures, cheaper_plans, loses_nothing, whole_price
-from camrob.redundancy.replanning.one_plan import COARSE, Plan, Task, followed_plan, made_anew, make_plan, plan_solution
+from camrob.redundancy.replanning.hurried import held_to_published, out_of_time, published
+from camrob.redundancy.replanning.one_plan import (
+    COARSE,
+    Plan,
+    Task,
+    followed_plan,
+    made_anew,
+    make_plan,
+    plan_solution,
+    with_the_curve,
+)
 from camrob.redundancy.solution import Solution
 
-__all__ = ["Obstacles", "cleared", "published"]
+__all__ = ["Obstacles", "cleared"]
 
 Array = NDArray[np.float64]
 
@@ -62,6 +72,18 @@ class _Found:
         """Whether it can be followed, and nothing stands against it."""
         return self.solution is not None and not len(self.point) and not len(self.low)
 
+    @property
+    def trouble(self) -> str:
+        """What stands against it, in words."""
+        if self.solution is None:
+            return "could not be followed" + (f" ({self.why.what})" if self.why is not None else "")
+        told = [
+            f"{what} at {count} point{'s' * (count > 1)}"
+            for what, count in (("touched something", self.count), ("changed posture too near the part", len(self.low)))
+            if count
+        ]
+        return " and ".join(told)
+
 
 def cleared(
     task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share, run: Run | None = None
@@ -76,11 +98,17 @@ def cleared(
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
     mended = _mended(task, given, path, plan, obstacles, report_share, _ROUNDS)
+    timed = task.clock.seconds is not None and task.mode == "knee"
+    if mended.solution is None and task.clock.up:
+        return out_of_time(task, given, mended.found.trouble, report_share)
     if mended.solution is None:
+        plan = with_the_curve(task, path, plan) if timed else plan
         return _another(task, given, path, plan, mended.found, obstacles, report_share)
+    if timed and not task.clock.up:
+        mended = _bettered(task, given, mended, obstacles, report_share)
     if run is not None and mended.plan.mode == "knee" and task.errors is None:
         mended = _cheapest(task, given, mended, obstacles, run, report_share)
-    return mended.reported(given)
+    return held_to_published(task, given, mended.reported(given))
 
 
 def _objective(task: Task) -> Objective:
@@ -95,16 +123,20 @@ def _mended(
     obstacles: Obstacles | None,
     report_share: Share,
     rounds: int,
+    known: _Mended | None = None,
 ) -> _Mended:
-    """A plan of a path, made anew where it touches something or can't be followed, `rounds` times at most."""
-    objective, whole, start = _objective(task), 0, given
-    forbidden, lines, count = np.zeros((0, FEATURES + 2)), list[int](), 0
+    """A plan of a path, made anew where it touches something or can't be followed, `rounds` times at most. known: what another
+    plan of the path has found.
+    """
+    objective, whole, start = _objective(task), 0, given if known is None else path
+    forbidden = np.zeros((0, FEATURES + 2)) if known is None else known.forbidden
+    lines, count = list[int](), 0
     for again in range(rounds + 1):
         found = _looked_at(task, path, plan, obstacles)
         report_share(0.95)
         if found.fit:
-            return _Mended(plan, found, found.solution, again, whole, tuple(lines), count)
-        if again == rounds or not len(found.point) + len(found.low):
+            return _Mended(plan, found, found.solution, again, whole, tuple(lines), count, forbidden)
+        if again == rounds or task.clock.up or not len(found.point) + len(found.low):
             break
         lines += [int(v) for v in path.line[np.append(found.point, found.low)]]
         count += found.count + len(found.low)
@@ -120,7 +152,25 @@ def _mended(
         if anew is None:
             break
         plan = anew
-    return _Mended(plan, found, None, again, whole, tuple(lines), count)
+    return _Mended(plan, found, None, again, whole, tuple(lines), count, forbidden)
+
+
+def _bettered(
+    task: Task, given: ToolPathInBase, fit: _Mended, obstacles: Obstacles | None, report_share: Share
+) -> _Mended:
+    """A plan of one point that is fit, bettered in the time that is left: the point of its whole curve that is taken, where that
+    is made fit in time; else the plan as it is.
+    """
+    path = fit.found.path
+    plan = with_the_curve(task, path, fit.plan)
+    if plan.taken.name != fit.plan.taken.name:
+        better = _mended(task, given, path, plan, obstacles, report_share, _ROUNDS, fit)
+        if better.solution is None:
+            return fit
+        again, whole = fit.again + better.again, fit.whole + better.whole
+        return replace(better, again=again, whole=whole, lines=fit.lines + better.lines, count=fit.count + better.count)
+    k = plan.choice.curve_index
+    return fit.told(replace(plan, curve=(*plan.curve[:k], fit.plan.taken, *plan.curve[k + 1 :])), plan.missed)
 
 
 def _cheapest(
@@ -130,10 +180,14 @@ def _cheapest(
     knee's.
     """
     path, known = knee.found.path, knee.solution
-    if known is None or task.clock.up:
+    if known is None:
         return knee
+    if task.clock.up:
+        return knee.hurried()
     as_it_is: RunFigures | None = None
     for plan in cheaper_plans(knee.plan):
+        if task.clock.up:
+            return knee.hurried()
         followed = followed_plan(task, path, plan)
         if followed.stuck >= 0:
             continue
@@ -152,7 +206,8 @@ def _cheapest(
 @dataclass(frozen=True, slots=True)
 class _Mended:
     """A plan made anew until it is fit: its solution, None where that took more rounds than there are; what was last found; how
-    often it was made anew (again), and as a whole; the CL lines and the count of points for which that was.
+    often it was made anew (again), and as a whole; the CL lines and the count of points for which that was; and what is
+    forbidden, rows (K, 9) by places of the given path.
     """
 
     plan: Plan
@@ -162,6 +217,19 @@ class _Mended:
     whole: int
     lines: tuple[int, ...]
     count: int
+    forbidden: Array
+
+    def told(self, plan: Plan, missed: int) -> _Mended:
+        """The same, known to be the point that is taken of a plan's curve; missed: what there was no time for."""
+        if self.solution is None or self.solution.plan is None:
+            raise ValueError("a plan that is not fit has no report")
+        curve = tuple(p.figures for p in plan.curve)
+        report = replace(self.solution.plan, curve=curve, rule=plan.choice.rule, missed=missed)
+        return replace(self, plan=plan, solution=replace(self.solution, plan=report))
+
+    def hurried(self) -> _Mended:
+        """The same, with the look for a cheaper plan among what there was no time for."""
+        return self.told(self.plan, 1 + (self.solution.plan.missed if self.solution and self.solution.plan else 0))
 
     def reported(self, given: ToolPathInBase) -> Solution:
         """The solution, and what it took."""
@@ -181,7 +249,7 @@ def _with_cuts(
         if cut and not isinstance(plan, np.ndarray):
             break
         path = with_retracts(path, plan, CLEARANCE) if isinstance(plan, np.ndarray) else path
-        plan = make_plan(task, path, objective._replace(blocked=_placed(forbidden, given, path)), report_share)
+        plan = make_plan(task.at_least, path, objective._replace(blocked=_placed(forbidden, given, path)), report_share)
     return path, plan if isinstance(plan, Plan) else None
 
 
@@ -269,6 +337,8 @@ def _another(
     for k in sorted(range(len(plan.curve)), key=lambda k: abs(k - taken)):
         if k == taken:
             continue
+        if task.clock.up:
+            return out_of_time(task, given, found.trouble, report_share)
         rule = (
             f"in place of {plan.taken.name}, which touches something or can't be followed, also where it was made anew"
         )
@@ -309,14 +379,3 @@ def _tops(path: ToolPathInBase) -> NDArray[np.int64]:
 def _retracted_for_nothing(path: ToolPathInBase, solution: Solution) -> bool:
     """Whether a path has retracts that a solution doesn't need."""
     return bool(np.any(~np.isin(_tops(path), [r.point for r in solution.revisions if r.kept])))
-
-
-def published(cell: Cell, path: ToolPathInBase, why: str, report_share: Share) -> Solution:
-    """The published method in the planner's place. Raises JobError where it fails too, which then says why there is no plan."""
-    try:
-        solution = resolve_vjm(cell, path, progress=report_share)
-    except JobError as error:
-        error.what = f"{error.what} (by the published method; there is no plan: {why})"
-        raise
-    note = Finding("plan-fell-back", f"postures follow the published method, not a plan: {why}", Severity.WARNING)
-    return replace(solution, findings=(*solution.findings, note))

@@ -35,7 +35,7 @@ from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["COARSE", "Plan", "Task", "followed_plan", "made_anew", "make_plan", "plan_solution"]
+__all__ = ["COARSE", "Plan", "Task", "followed_plan", "made_anew", "make_plan", "plan_solution", "with_the_curve"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -67,6 +67,11 @@ class Task:
     clock: Clock
     errors: PostureErrors | None = None
     grounds: dict[str, _Ground] = field(default_factory=dict)
+
+    @property
+    def at_least(self) -> Task:
+        """The same for a plan of one point, to be bettered when it is fit, where there is an end to the time; else as it is."""
+        return self if self.clock.seconds is None else replace(self, clock=Clock(0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,12 +123,37 @@ def make_plan(task: Task, path: ToolPathInBase, objective: Objective, report_sha
     if all(d is None or len(land.cuts(d)) for d in drafts):  # not even the best draft goes through in one piece
         return min((land.cuts(d) for d in _ends(land, RETRACT_NEEDED) if d is not None), key=len)
     still, flowing = (None if d is None or len(land.cuts(d)) else d for d in drafts)
-    accurate = objective.errors.weight > 0.0
-    knee = Knee(objective.travel, weights.knee_share, budget, accurate) if mode == "knee" else None
-    curve, missed = plan_curve(land, still, flowing, knee, task.clock)
+    plan = _chosen(task, land, weights, still, flowing, budget, best)
     report_share(0.8)
-    choice = chosen_point([p.figures for p in curve], knee, mode)
-    return Plan(land, weights, tuple(curve), choice, missed, mode, best)
+    return plan
+
+
+def _chosen(
+    task: Task,
+    land: Landscape,
+    weights: PlanWeights,
+    still: Draft | None,
+    flowing: Draft | None,
+    budget: Mapping[str, float],
+    best: float | None,
+) -> Plan:
+    """The curve between two drafts, as far as there is time for it, and the point of it that is taken."""
+    accurate = land.objective.errors.weight > 0.0
+    knee = Knee(land.objective.travel, weights.knee_share, budget, accurate) if task.mode == "knee" else None
+    curve, missed = plan_curve(land, still, flowing, knee, task.clock)
+    choice = chosen_point([p.figures for p in curve], knee, task.mode)
+    return Plan(land, weights, tuple(curve), choice, missed, task.mode, best)
+
+
+def with_the_curve(task: Task, path: ToolPathInBase, plan: Plan) -> Plan:
+    """A plan of one point of its path (`Task.at_least`) with the points that there is time for, by what the objective has come to
+    forbid.
+    """
+    land, draft = plan.land, plan.taken.draft
+    still = draft if plan.taken.name == STILL else None
+    flowing = land.searched(SEARCH_FLOWING) if still is not None else draft
+    flowing = None if flowing is None or len(land.cuts(flowing)) else flowing
+    return _chosen(task, land, plan.weights, still, flowing, task.grounds[path.digest].budget, plan.best_error)
 
 
 def made_anew(plan: Plan, objective: Objective) -> Plan | None:

@@ -28,11 +28,9 @@ def gap_text(plan: PlanFigures) -> str:
     )
     if plan.seconds is not None:
         missed = (
-            f"{plan.missed} points of the curve were left out for want of time"
-            if plan.missed
-            else "nothing was left out"
+            f"{plan.missed} steps of that were left out for want of time" if plan.missed else "nothing was left out"
         )
-        text += f"; of {plan.seconds:g} s to better the plan: {missed}"
+        text += f"; of {plan.seconds:.3g} s to better the plan: {missed}"
     if plan.mended:
         text += f"; made anew {plan.mended} times where it touched something or could not be followed"
     return text

@@ -14,6 +14,7 @@ from test_planned import CELL, OBJECTIVE, ROOT, raster
 
 from camrob import post
 from camrob.errors import InputError, LimitError
+from camrob.findings import Severity
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
@@ -21,8 +22,8 @@ from camrob.redundancy.planning import followed
 from camrob.redundancy.planning.forbidding import FEATURES, forbidden, forbidden_price, marks
 from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, posture_features
 from camrob.redundancy.planning.waypoints import waypoints
-from camrob.redundancy.published.virtual_joint import PathFollower
-from camrob.redundancy.replanning import clearing
+from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
+from camrob.redundancy.replanning import clearing, hurried
 from camrob.redundancy.solution import Solution
 from camrob.report.terminal.summaries import render_post
 
@@ -150,6 +151,55 @@ def test_no_time_gives_a_valid_plan_with_an_honest_gap(free: tuple[ToolPathInBas
     np.testing.assert_allclose(np.asarray(hurried.plan.bound), np.asarray(whole.plan.bound), rtol=5e-3)
 
 
+def test_a_plan_that_is_not_fit_when_its_time_is_over_gives_way_to_the_published_method(
+    free: tuple[ToolPathInBase, Solution],
+) -> None:
+    """It is not made anew; it says what stood against it, what to do, and how far the published postures are from its bound."""
+    path, plain = free
+    obstacle = Planted(plain)
+    solution = resolve_planned(CELL, path, mode="flowing", obstacles=obstacle, seconds=0.0)
+    assert obstacle.asked == 1 and solution.method == "vjm" and solution.plan is None
+    np.testing.assert_array_equal(solution.q, resolve_vjm(CELL, path).q)
+    said = {f.code: f for f in solution.findings}
+    assert f"touched something at {LAST - FIRST} points" in said["plan-fell-back"].text
+    assert "--seconds" in said["plan-fell-back"].text and said["plan-fell-back"].severity is Severity.WARNING
+    length = np.diff(path.length, prepend=0.0) * path.cutting
+    reached = np.average(np.asarray(solution.inv_kf), weights=length)
+    bound = np.average(np.asarray(plain.plan.bound), weights=length)
+    assert said["plan-fell-back"].value == pytest.approx(100.0 * (1.0 - reached / bound), abs=0.2)
+
+
+def test_within_a_time_a_plan_is_made_fit_first_and_bettered_in_what_is_left(
+    free: tuple[ToolPathInBase, Solution],
+) -> None:
+    path, _plain = free
+    obstacle = Planted(resolve_planned(CELL, path, mode="still"))
+    whole = resolve_planned(CELL, path, obstacles=obstacle)
+    timed = resolve_planned(CELL, path, obstacles=obstacle, seconds=1e6)
+    for solution in (whole, timed):
+        assert solution.method == "planned" and not obstacle(path, solution).any() and solution.plan.mended >= 1
+        assert solution.plan.missed == 0 and len(solution.plan.curve) > 5
+        assert solution.residual(CELL, path)[0].max() < 1e-9
+        assert solution.plan.chosen in [point.name for point in solution.plan.curve]
+    assert timed.plan.gap < whole.plan.gap + 0.005
+
+
+def test_a_hurried_plan_that_is_worse_than_the_published_method_says_so(
+    free: tuple[ToolPathInBase, Solution], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, _plain = free
+    hurried_plan = resolve_planned(CELL, path, seconds=0.0)
+    mean = hurried_plan.plan.reached_mean
+    for better in (False, True):
+        other = replace(hurried_plan, inv_kf=np.full(len(path), mean + (0.01 if better else -0.01)))
+        monkeypatch.setattr(hurried, "resolve_vjm", lambda *_cell_and_path, other=other: other)
+        said = [f for f in resolve_planned(CELL, path, seconds=0.0).findings if f.code == "plan-hurried"]
+        assert len(said) == better
+        whole = resolve_planned(CELL, path, mode="still")
+        assert whole.plan.missed == 0 and "plan-hurried" not in [f.code for f in whole.findings]
+    assert f"{mean:.3f}" in said[0].text and f"{mean + 0.01:.3f}" in said[0].text and "--seconds" in said[0].text
+
+
 def test_a_clock_without_an_end_is_never_up() -> None:
     assert not Clock().up and Clock().left is None
     assert Clock(0.0).up and Clock(0.0).left == 0.0
@@ -171,7 +221,7 @@ def test_a_hurried_post_is_verified_and_says_its_gap_everywhere(tmp_path: Path) 
     expected = f"{plan.gap_percent:.2f} % below its bound"
     console = Console(width=400, file=StringIO())
     console.print(render_post(made.summary))
-    assert expected in console.file.getvalue() and f"{plan.missed} points of the curve" in console.file.getvalue()
+    assert expected in console.file.getvalue() and f"{plan.missed} steps of that" in console.file.getvalue()
     assert expected in (made.out / "engraving.html").read_text()
     assert json.loads((made.out / "engraving.json").read_text())["plan"]["gap_percent"] == plan.gap_percent
 
