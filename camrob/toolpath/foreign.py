@@ -34,6 +34,11 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
             "have the path written out as plain blocks",
         ),
         (
+            rb"^[ \t]*(?:N\d+[ \t]*)?(?:#(?:RTCP|CS|MCS|TRAFO|KIN|VAR)\b(?! *=)|V\.[A-Z]\.\w)",
+            "a program in the language of Fagor's 8070 or of ISG's kernel (#RTCP, #CS, V.P.)",
+            _OTHER,
+        ),
+        (
             rb"\A[ \t]*\d{1,4}[ \t]*\r?\n(?:[ \t]*[-+.\d]+){5,}[ \t]*\r?\n[ \t]*\d{1,4}[ \t]*\r?\n",
             "a Mastercam NCI file",
             _POST,

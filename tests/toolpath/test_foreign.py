@@ -26,6 +26,7 @@ FILES = {
     "bare.pm": ("N9001\nN1 G17 T1 M6\nN5 G7 B5=15 L1=1\n", "MillPlus"),
     "part.nci": ("1000\n1 0 1 0 0 1 0. 0. 25.\n1050\nMastercam\n0\n40 0. 0. 25. -2 0\n", "NCI"),
     "probe.nc": ("G90 G17\nIF [@100 != 3]\nG1 X5 F100\nEND_IF\nM30\n", "Syntec"),
+    "wood.nc": ("% A.nc\nN2 (A)\nN4 L start.up\nN6 G54 G161\nN8 #RTCP ON\nN10 G1 X5 F100\nM30\n", "ISG"),
     "all.zip": ("PK\x03\x04rest", "archive"),
 }
 

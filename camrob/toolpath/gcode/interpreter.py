@@ -129,7 +129,7 @@ class Interpreter:
             matrix, place = block.frame
             self.frame.set_program(ProgramFrame(matrix, place * modal.scale), together=block.together)
         if block.optional:
-            self.path.note("block-delete", "blocks behind a slash are taken as switched on", line)
+            self.path.note("block-delete", "blocks behind a slash are carried out, as where block skip is off", line)
         motion = modal.motion
         consumed = False
         if block.g:

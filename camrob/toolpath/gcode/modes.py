@@ -247,22 +247,9 @@ def aim(block: Block, modal: Modal, frame: ToolFrame) -> None:
 
 
 def _offset(code: int, block: Block, modal: Modal, frame: ToolFrame, path: PathGrower) -> bool:
-    if code in (530, 5000):  # no offset (Siemens' G500), or one of its own (Fagor's G53, alone in its block)
-        modal.suspended = modal.offset is not None
-        if modal.suspended:
-            frame.forget()
-            path.lose()
-            return False
-    modal.suspended = False
-    further = code == 540 and "P" in block.words and 40 not in block.g and not block.m  # Fanuc's G54 P2 is G54.1 P2
-    key = (541, block.words["P"]) if further else (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
-    usual = modal.offset or (540, 0.0)  # where none is named, controls begin with G54
-    if usual != key and modal.moved:
-        raise ToolpathError(
-            "several work offsets (G54 ... G59): how they lie to each other only the machine knows",
-            hint="give what belongs to each offset a program of its own",
-        )
-    modal.offset = key
+    if modal.take_offset(code, block):
+        frame.forget()
+        path.lose()
     return False
 
 
@@ -273,7 +260,7 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
     """
     named = "".join(letter for letter in "XYZABC" if letter in block.words)
     if code == 530 and not named:
-        if block.g == (530,) and not block.words and modal.keeps_motion and modal.moved:
+        if block.g == (530,) and not block.words and modal.keeps_motion:
             _offset(code, block, modal, frame, path)
         return False
     if code == 530 and {20, 30} & {modal.motion, *block.g}:

@@ -111,6 +111,7 @@ class Motions:
     def cuttable(self) -> None:
         """Before a cut: refuse one whose tip can't be told, or that has no tool."""
         self.process.settle_cut()
+        self.modal.cut = True
         frame = self.frame
         if self.modal.suspended:
             raise ToolpathError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from camrob.errors import ToolpathError
 from camrob.findings import Severity
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.lexer import Block
@@ -12,6 +13,7 @@ from camrob.units import INCH_MM, mm_to_m, ms_to_s
 __all__ = ["SCALES", "Modal"]
 
 SCALES = {"mm": mm_to_m(1.0), "inch": mm_to_m(INCH_MM)}
+_NO_OFFSET = (530, 5000)  # G53 alone in its block (Fagor: an offset of its own), Siemens' G500
 _MILLISECONDS_FROM = 100.0  # a whole P of this size is a time in milliseconds (Fanuc), a smaller one in seconds
 
 
@@ -52,6 +54,7 @@ class Modal:
     offset: tuple[int, float] | None = None  # the work offset: code and P
     suspended: bool = False  # G500 has put the work offset out of force
     moved: bool = False
+    cut: bool = False  # and has cut
     unit_line: int = 0  # of the first coordinate, where nobody had named the units by then
     numbered: bool = False  # the file begins with % and a number, as NUM's and Siemens' older ones do
     named: bool = False  # a program number (O1234) was read
@@ -70,6 +73,31 @@ class Modal:
         if not self.moved and not (self.stated or self.forced):
             self.unit_line = line
         self.moved = True
+
+    def take_offset(self, code: int, block: Block) -> bool:
+        """The work offset that a block names, or none (G500, G53 alone); whether what is known of the place ends by that.
+
+        Raises ToolpathError for another offset than that of the motions before it.
+        """
+        if code in _NO_OFFSET:
+            if self.offset is None and not self.moved:
+                self.offset = (code, 0.0)  # the program begins without one
+            self.suspended = self.offset != (code, 0.0)
+            return self.suspended
+        self.suspended = False
+        further = code == 540 and "P" in block.words and 40 not in block.g and not block.m  # Fanuc's G54 P2 is G54.1 P2
+        key = (541, block.words["P"]) if further else (code, block.words.get("P", 0.0) if code in (541, 1540) else 0.0)
+        usual = self.offset or (540, 0.0)  # where none is named, controls begin with G54
+        if usual == key or not self.moved:
+            self.offset = key
+            return False
+        if self.cut or usual[0] not in _NO_OFFSET:
+            raise ToolpathError(
+                "several work offsets (G54 ... G59, G500 or G53 for none): how they lie to each other only the machine knows",
+                hint="give what belongs to each offset a program of its own",
+            )
+        self.offset = key  # nothing but ways through the air before it
+        return True
 
     def seconds(self, block: Block, path: PathGrower) -> float:
         """A dwell's P in seconds."""

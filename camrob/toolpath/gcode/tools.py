@@ -106,6 +106,11 @@ class Process:
             seconds = self.modal.seconds(block, self.path)
         else:
             seconds = next((words[k] for k in "XUF" if k in words), -1.0)
+        if seconds < 0.0 and "S" in words:
+            raise ToolpathError(
+                "a dwell by S (G4 S): seconds on printers' controls, turns of the spindle on others",
+                hint="name it by P",
+            )
         if seconds < 0.0:
             raise ToolpathError("a dwell (G4) without its time", hint="name it by P")
         if seconds > 0.0:  # G4 P0 only keeps the control from rounding a corner

@@ -57,8 +57,6 @@ def astray(pairs: Pairs, motion: str, vectors: bool, numbered: bool) -> str:
         return "G16 H, which may be a machine's coordinates"
     if codes == {"74"} and not named & set("XYZR"):
         return "G74 alone, which may be a search for the machine's zero"
-    if codes == {"53"} and named == {"G"}:
-        return "G53 alone, which may be another work offset"
     if motion in _HOLES and named & {"I", "J"}:
         return "I or J in a drilling cycle"
     if "M" in named or codes - _TAKE_NONE or vectors or motion in _HOLES:

@@ -33,7 +33,7 @@ __all__ = ["GcodeReader"]
 Array = NDArray[np.float64]
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _Z = np.array([0.0, 0.0, 1.0])
-_FRAMES = frozenset("54 54.1 55 56 57 58 59 59.1 59.2 59.3".split())
+_FRAMES = frozenset(["53 alone", *"54 54.1 55 56 57 58 59 59.1 59.2 59.3".split()])
 _HIDING = {
     "68": "69", "68.2": "69", "51": "50", "51.1": "50.1", "16": "15", "7": "8", "52": "", "92": "92.1",
 }  # fmt: skip  # until
@@ -167,7 +167,7 @@ class GcodeReader(Machined):
             elif code in (*TCP, "49"):
                 self._stand.switch("G", code != "49")
                 self._vectors = code == "43.5"
-        for code in g:
+        for code in ["53 alone"] if g == ["53"] and not words else g:  # an offset of its own on some
             self._frames(code, words, line)
         if "F" in words and "4" not in g:
             self._last_feed = float(words["F"])

@@ -135,3 +135,28 @@ def test_no_offset_yet_and_then_one(tmp_path: Path) -> None:
     behind = text.replace("G0 Z30\nM30", "G0 Z30\nG500\nG0 X5 Y5 Z50\nM30")
     (tmp_path / "a.mpf").write_text("%_N_A_MPF\n" + behind, encoding="utf-8")
     assert not read_story(tmp_path / "a.mpf").complete
+
+
+def test_a_program_without_an_offset_throughout(tmp_path: Path) -> None:
+    """G53 alone before each tool, as a post of NX writes it: the same zero for all, whatever the control takes it for."""
+    tool = "T{} M6\nG53\nG0 G90 X{}. Y0. S900 M3\nG43 Z11. H{}\nG1 Z-1. F250.\nX5.\nG0 Z11.\nM5\n"
+    (tmp_path / "a.nc").write_text("O1\nG17 G21 G90\n" + tool.format(1, 0, 1) + tool.format(2, 9, 2) + "M2\n", "utf-8")
+    toolpath, story = read_toolpath(tmp_path / "a.nc"), read_story(tmp_path / "a.nc")
+    assert story.complete and not list(differences(toolpath, story)) and len(toolpath.regions) == 2
+
+
+@pytest.mark.parametrize(
+    ("between", "refused"),
+    [("G0 Z500\n", ""), ("G0 X0 Y0 Z5\nG1 Z-1 F99\nG0 Z500\n", "several work offsets")],
+)
+def test_out_of_no_offset_through_the_air(tmp_path: Path, between: str, refused: str) -> None:
+    text = "%_N_A_MPF\nG71 G90 G17 G500\nT1 D1\nM6\nS900 M3\n" + between
+    text += "G54\nG0 X0 Y0 Z50\nG1 Z-1 F100\nX50\nG0 Z50\nM30\n"
+    (tmp_path / "a.mpf").write_text(text, encoding="utf-8")
+    if refused:
+        with pytest.raises(ToolpathError, match=refused):
+            read_toolpath(tmp_path / "a.mpf")
+        return
+    toolpath, story = read_toolpath(tmp_path / "a.mpf"), read_story(tmp_path / "a.mpf")
+    assert story.complete and not list(differences(toolpath, story))
+    assert len(toolpath.regions[0]) == 4

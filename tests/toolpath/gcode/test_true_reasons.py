@@ -26,6 +26,7 @@ HEIDENHAIN = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+30 R0 FMAX 
         ("zeros.nc", "G21\nG10 L2 P1 X1 Y2 A4 B5 C6\nG92 X0 A0 B3\nM30\n", 5, "nothing is cut"),
         ("tap.nc", ISO + "G33.1 Z-1. K0.5\nM30\n", 5, "which needs a spindle coupled to the feed .G33.1. is not read"),
         ("arc.nc", ISO + "G1 Z0 F300\nG2 X2000. I999.5\nM30\n", 6, "1.0000 mm apart in radius"),
+        ("s4.nc", ISO + "G4 S3\nG1 Z0 F300\nM30\n", 5, "seconds on printers' controls"),
         # Siemens: known without %_N_, too
         ("case.mpf", "DEF INT A=5\nCASE(A) OF 5 GOTOF L1 DEFAULT GOTOF L2\nL1: G0 X1\nL2: G0 X2\nM30\n", 2, "CASE"),
         ("sub.spf", "PROC RING(REAL RADIUS)\nG1 X=RADIUS F100\nRET\n", 1, "called with values"),

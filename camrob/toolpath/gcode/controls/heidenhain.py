@@ -39,15 +39,17 @@ _FN = {"0": None, "1": "+", "2": "-", "3": "*", "4": "/", "5": "SQRT", "6": "SIN
 _BETWEEN = {"1": r" ?\+ (?=[-+Q0-9])", "2": r" ?- (?=[-+Q0-9])", "3": r" ?\* ?", "4": r" ?DIV ?"}
 _IF = {"9": "EQ", "10": "NE", "11": "GT", "12": "LT"}
 _JUMP = re.compile(r"FN ?(9|10|11|12): ?IF ?(.+?) (?:EQU|NE|GT|LT) ?(.+?) GOTO LBL ?(.+)$")
-_ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[0-9]+) ?= ?(.+)$")
+_ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[LR]?[0-9]+) ?= ?(.+)$")
 _DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the control can be set to write it
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
-_CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+)(?:/[0-9]+)?)?$')
+_CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+|Q[LR]?[0-9]+)(?: ?/ ?(?:[0-9]+|Q[LR]?[0-9]+))?)?$')
 _BARE_CYCLE = re.compile(r"CYCL DEF [2-4][0-9][0-9](?![.0-9])(?!.*Q[0-9]+ ?=).*")  # its parameters stand behind it
 _PARAMETER = re.compile(r"Q[2-4][0-9][0-9] ?= ?[^ ]+")
 _TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
 _FREE = range(2000)  # from Q1600 on they are the user's, as Q0 to Q99 are
 _OF_THE_CONTROL = range(100, 200)  # Q100 to Q199 the control fills in
+_CYCLES_OWN = 200  # from here on they are those of cycles, too
+_FEWER = range(500)  # QL and QR
 
 
 class _Program:
@@ -56,8 +58,8 @@ class _Program:
     def __init__(self, lines: list[str], path: Path, state: State) -> None:
         self._path = path
         self._count = StepCount()
-        self._q: dict[int, float] = {}
-        self._moves = HeidenhainMoves(self.value, lambda name: state(f"tool {name}"))
+        self._q: dict[str, float] = {}
+        self._moves = HeidenhainMoves(self.value, lambda name: state(f"tool {name}"), self._keep)
         self._texts = _joined(lines)
         self._optional = {number for number, raw in enumerate(lines, 1) if raw.lstrip().startswith("/")}
         self._labels: dict[str, int] = {}
@@ -104,7 +106,7 @@ class _Program:
         if match := _ASSIGN.match(text):
             self._store(match[2], self._function(match[1], match[3]))
             return True
-        if match := re.match(r"(Q[0-9]+) ?= ?(.+)$", text):
+        if match := re.match(r"(Q[LR]?[0-9]+) ?= ?(.+)$", text):
             self._store(match[1], self.value(match[2]))
             return True
         if text.startswith(("CALL PGM", "SEL PGM", "CALL SEL")):
@@ -112,7 +114,17 @@ class _Program:
                 f"{text[:32]}: another program is called, which is not in this file",
                 hint="put its motions here, or have the CAM system write them out",
             )
-        if text.startswith(("FN", "QL", "QR", "QS", "CALL", "SEL")):
+        if re.match(r"FN ?(?:1[78]|2[0-9])\b", text):
+            raise ToolpathError(
+                f"{text[:24]!r} asks for what the control holds: positions, tables, states",
+                hint="put the values into the program, or have the CAM system write the motions out",
+            )
+        if text.startswith("ERROR"):
+            raise ToolpathError(
+                f"{text[:32]!r}: a block that the control could not read",
+                hint="correct it at the control, and export it again",
+            )
+        if text.startswith(("FN", "QS", "CALL", "SEL")):
             raise ToolpathError(f"{text[:24]!r} is not read", hint="have the CAM system write the motions out")
         return False
 
@@ -125,7 +137,8 @@ class _Program:
             self._stack.append(self._at)
             self._at = target
             return
-        left = self._repeats.get(here, int(repeats))
+        left = self._repeats.get(here, -1)
+        left = whole(self.value(repeats), "REP") if left < 0 else left
         self._repeats[here] = left - 1
         if left > 0:
             self._at = target
@@ -151,12 +164,23 @@ class _Program:
         return ARITHMETIC[name](self.value(parts[0]), self.value(parts[1]))
 
     def _store(self, name: str, value: float) -> None:
-        number = int(name[1:])
-        if number in _OF_THE_CONTROL or number not in _FREE:
+        number = int(name.lstrip("QLR"))
+        if name[1] in "LR":
+            if number not in _FEWER:
+                raise ToolpathError(f"{name} is set, which no control has", hint="use QL0 to QL499, QR0 to QR499")
+        elif number in _OF_THE_CONTROL or number not in _FREE:
             raise ToolpathError(
                 f"{name} is set, a parameter of the control's own", hint="use Q0 to Q99, or Q1600 to Q1999"
             )
-        self._q[number] = value
+        self._q[f"{name.rstrip('0123456789')}{number}"] = value
+        if name[1] not in "LR" and number >= _CYCLES_OWN:
+            self._moves.cycle.given(number, value)
+
+    def _keep(self, number: int, value: float | None) -> None:
+        """What a cycle gives a Q parameter, None where that is no number."""
+        self._q.pop(f"Q{number}", None)
+        if value is not None:
+            self._q[f"Q{number}"] = value
 
     def value(self, text: str) -> float:
         """The value of a whole formula."""
@@ -167,16 +191,16 @@ class _Program:
         return value
 
     def _variable(self, reader: Reader) -> Value:
-        match = re.match(r"Q([0-9]+)", reader.rest)
+        match = re.match(r"(Q[LR]?)0*([0-9]+)", reader.rest)
         if match is None:
             if reader.take("PI"):
                 return 3.141592653589793  # as the control has it
             return NOTHING
-        number = whole(float(match[1]), "Q")
-        if number not in self._q:
-            raise unset(f"Q{number}")
+        name = match[1] + match[2]
+        if name not in self._q:
+            raise unset(name)
         reader.at += match.end()
-        return self._q[number]
+        return self._q[name]
 
 
 def _joined(lines: list[str]) -> list[tuple[int, str]]:

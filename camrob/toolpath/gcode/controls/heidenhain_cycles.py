@@ -6,9 +6,10 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.controls.heidenhain_words import VALUE
 from camrob.toolpath.gcode.lexer import Block
 
-__all__ = ["CYCLES", "RAPID", "check_cycle", "drilled", "level", "place_of"]
+__all__ = ["CYCLES", "RAPID", "Cycle", "place_of"]
 
 # Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement,
 # 239 pitch of a thread
@@ -28,7 +29,58 @@ RAPID = 99999.0
 _BREAK = 0.2  # mm: Q256 where it is left out
 
 
-def check_cycle(number: int, q: Mapping[int, float]) -> None:
+class Cycle:
+    """The cycle in force. Its parameters are Q parameters of the program: what one is given behind the definition holds from the
+    next call on, but not what the ones that it was defined by are given (TNC 640, "Machining Cycles", 2.1).
+
+    worth: of a number, a parameter, FAUTO or FMAX. keep: what a Q parameter holds from then on, None where it is no number.
+    """
+
+    def __init__(self, worth: Callable[[str], float], keep: Callable[[int, float | None], None]) -> None:
+        self._worth, self._keep = worth, keep
+        self._number = 0
+        self._q: dict[int, float] = {}
+
+    @property
+    def defined(self) -> bool:
+        """Whether there is one."""
+        return bool(self._number)
+
+    @property
+    def level(self) -> float:
+        """The height at which a hole ends."""
+        return _level(self._q)
+
+    def parameters(self, text: str) -> dict[int, float]:
+        """Those that a CYCL DEF gives, by their Q numbers; the program's hold them from then on."""
+        found = {int(k): v for k, v in re.findall(rf"\bQ([0-9]+) ?= ?({VALUE}|F ?AUTO|F ?MAX)", text)}
+        values = {k: self._worth(v) for k, v in found.items()}
+        for k, v in values.items():
+            self._keep(k, None if found[k].startswith("F") else v)
+        return values
+
+    def define(self, number: int, text: str) -> None:
+        """CYCL DEF of one of CYCLES. Raises ToolpathError where its parameters make no hole, or one that isn't certain."""
+        self._number, self._q = number, self.parameters(text)
+        _check(number, self._q)
+
+    def given(self, number: int, value: float) -> None:
+        """The program gives a Q parameter a value. Raises ToolpathError as above."""
+        if self._number:
+            self._q[number] = value
+            _check(self._number, self._q)
+
+    def drill(self, z: float | None, line: int, speed: float | None) -> Iterator[Block]:
+        """The blocks of one hole from height `z`; `speed` is TOOL CALL's.
+
+        Raises ToolpathError without a cycle, from an unknown height, or from below the clearance.
+        """
+        if not self._number:
+            raise ToolpathError("a cycle call without a cycle", hint="define it before")
+        yield from _drilled(self._number, self._q, z, line, speed)
+
+
+def _check(number: int, q: Mapping[int, float]) -> None:
     """Raises ToolpathError where the parameters, by their Q numbers, make no hole, or one that isn't certain."""
     missing = [name for name in _NEEDED[number] if name not in q]
     if missing:
@@ -47,7 +99,7 @@ def check_cycle(number: int, q: Mapping[int, float]) -> None:
         )
 
 
-def level(q: Mapping[int, float]) -> float:
+def _level(q: Mapping[int, float]) -> float:
     """The height at which a hole ends."""
     return q[203] + max(q[200], q[204])
 
@@ -60,10 +112,10 @@ def place_of(text: str, value: Callable[[str], float]) -> tuple[list[int], dict[
     codes = [int(n) for n in re.findall(r"\bM([0-9]+)", text)]
     if re.fullmatch(r"CYCL CALL(?: F[^ ]+| M[0-9]+)*", text):
         return codes, None
-    place = re.match(r"CYCL CALL POS((?: [XYZ] ?[-+]?[0-9.Q]+)+)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
+    place = re.match(r"CYCL CALL POS((?: [XYZ] ?[-+]?[0-9.QLR]+)+)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
     if place is None:
         raise ToolpathError(f"{text[:20]!r} is not read", hint="position by L, and call with CYCL CALL or M99")
-    to = {k: value(v) for k, v in re.findall(r"([XYZ]) ?([-+]?[0-9.Q]+)", place[1])}
+    to = {k: value(v) for k, v in re.findall(rf"([XYZ]) ?({VALUE})", place[1])}
     if "FMAX" not in place[2].replace(" ", "") or to.pop("Z", None) != 0.0:
         raise ToolpathError("CYCL CALL POS at a feed, or with another Z than 0", hint="Z+0 FMAX, the surface by Q203")
     return codes, to
@@ -80,7 +132,7 @@ def _tapped(number: int, q: Mapping[int, float], line: int, speed: float | None)
     yield Block(line, words, (990, 740 if pitch < 0.0 else 840))
 
 
-def drilled(number: int, q: Mapping[int, float], z: float | None, line: int, speed: float | None) -> Iterator[Block]:
+def _drilled(number: int, q: Mapping[int, float], z: float | None, line: int, speed: float | None) -> Iterator[Block]:
     """The blocks of one hole from height `z`: bites from the surface Q203, out to the clearance Q200 between them.
 
     `speed` is TOOL CALL's. Raises ToolpathError from an unknown height, or from below the clearance.
@@ -93,13 +145,13 @@ def drilled(number: int, q: Mapping[int, float], z: float | None, line: int, spe
     yield Block(line, {"Z": top}, (0,))
     if number in (206, 207):
         yield from _tapped(number, q, line, speed)
-        yield Block(line, {"Z": level(q)}, (0,))
+        yield Block(line, {"Z": _level(q)}, (0,))
         return
     yield from _down(number, q, line)
     yield from _dwell(q.get(211), line)
     if number in (201, 203):
         yield _out(q, top, line)
-    yield Block(line, {"Z": level(q)}, (0,))
+    yield Block(line, {"Z": _level(q)}, (0,))
 
 
 def _down(number: int, q: Mapping[int, float], line: int) -> Iterator[Block]:

@@ -6,13 +6,14 @@ import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, check_cycle, drilled, level, place_of
+from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, Cycle, place_of
 from camrob.toolpath.gcode.controls.heidenhain_feeds import Feeds
 from camrob.toolpath.gcode.controls.heidenhain_words import (
     MACHINE,
     MODES,
     SILENT,
     STARTING,
+    VALUE,
     Frames,
     Pole,
     corner_of,
@@ -39,9 +40,16 @@ _UPRIGHT = re.compile(r"19\.(?:0 .*|0|1(?: ?[ABC] ?[-+]?0*\.?0*)*)")  # a workin
 
 
 class HeidenhainMoves:
-    """Turns statements into blocks; `value` gives what a number or Q parameter is worth. Positions in the program's unit."""
+    """Turns statements into blocks; `value` gives what a number or Q parameter is worth, `number_of` a tool's number by its name,
+    `keep` takes what a cycle gives a Q parameter. Positions in the program's unit.
+    """
 
-    def __init__(self, value: Callable[[str], float], number_of: Callable[[str], float | None]) -> None:
+    def __init__(
+        self,
+        value: Callable[[str], float],
+        number_of: Callable[[str], float | None],
+        keep: Callable[[int, float | None], None],
+    ) -> None:
         self._value, self._number_of = value, number_of
         self.one_name = False  # the file names one tool, by its name, and no more
         self._at: dict[str, float | None] = dict.fromkeys("XYZABC")
@@ -50,8 +58,7 @@ class HeidenhainMoves:
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
         self._unsettled = False  # within it the datum shift has ended
-        self._cycle: dict[int, float] | None = None
-        self._cycle_number = 0
+        self.cycle = Cycle(self._feeds.of_cycle, keep)
         self._frames = Frames()
         self._preset: float | None = None  # the datum of the machine's table (247)
         self._moved = False  # the program has named a place of the part's
@@ -258,7 +265,7 @@ class HeidenhainMoves:
     # -- tools, planes, cycles ---------------------------------------------------------------------------------
 
     def _tool(self, text: str, line: int) -> Iterator[Block]:
-        call = tool_call(text, self._number_of, one_name=self.one_name)
+        call = tool_call(text, self._number_of, self._value, one_name=self.one_name)
         words = self._feeds.of_call(call)
         if call.changes:
             self._lose()
@@ -281,10 +288,10 @@ class HeidenhainMoves:
             if any(self._shift.values()):
                 yield Block(line, dict(self._shift), (520,))
             return
-        match = re.match(r"PLANE SPATIAL ((?:SP[ABC] ?[-+]?[0-9.Q]+ ?){3})(.*)$", text)
+        match = re.match(r"PLANE SPATIAL ((?:SP[ABC] ?[-+]?[0-9.QLR]+ ?){3})(.*)$", text)
         if match is None:
             raise ToolpathError(f"{text[:24]!r} is not read", hint="post with PLANE SPATIAL SPA SPB SPC")
-        angles = {k: deg_to_rad(self._value(v)) for k, v in re.findall(r"SP([ABC]) ?([-+]?[0-9.Q]+)", match[1])}
+        angles = {k: deg_to_rad(self._value(v)) for k, v in re.findall(rf"SP([ABC]) ?({VALUE})", match[1])}
         if re.search(r"\bCOORD ROT\b|\bTABLE ROT\b", match[2]) is None and set(angles) != set("ABC"):
             raise ToolpathError("PLANE SPATIAL without its three angles", hint="name SPA, SPB and SPC")
         rotation = euler("321", (angles["C"], angles["B"], angles["A"]))
@@ -299,7 +306,9 @@ class HeidenhainMoves:
         main = number.partition(".")[0]
         if main == "7":
             yield from self._datum(rest, line)
-        elif main in ("32", "392") or (self._plane is None and _UPRIGHT.fullmatch(text)):
+        elif main == "392":  # how fast the machine may be with its load
+            self.cycle.parameters(rest)
+        elif main == "32" or (self._plane is None and _UPRIGHT.fullmatch(text)):
             return
         elif main == "247":
             self._preset_by(rest)
@@ -315,12 +324,7 @@ class HeidenhainMoves:
         elif main in ("8", "10", "11"):
             return  # a heading
         elif main.isdigit() and int(main) in CYCLES:
-            self._cycle_number = int(main)
-            self._cycle = {
-                int(k): self._feeds.of_cycle(v)
-                for k, v in re.findall(r"Q([0-9]+) ?= ?([-+]?[0-9.]+|[-+]?Q[0-9]+|F ?AUTO|F ?MAX)", rest)
-            }
-            check_cycle(self._cycle_number, self._cycle)
+            self.cycle.define(int(main), rest)
         elif main == "19":
             raise ToolpathError(
                 "CYCL DEF 19 with angles: a machine parameter says whether they are the plane's or the axes' own",
@@ -331,8 +335,7 @@ class HeidenhainMoves:
 
     def _preset_by(self, rest: str) -> None:
         """CYCL DEF 247: a datum of the machine's table, the same throughout."""
-        named = re.search(r"Q339 ?= ?([-+]?[0-9.Q]+)", rest)
-        number = self._value(named[1]) if named else None
+        number = self.cycle.parameters(rest).get(339)
         if self._moved and number != self._preset:
             raise ToolpathError(
                 "another datum of the machine's table (CYCL DEF 247) behind motions: how the two lie only the machine knows",
@@ -342,7 +345,7 @@ class HeidenhainMoves:
 
     def _datum(self, rest: str, line: int) -> Iterator[Block]:
         """CYCL DEF 7.1 X+10, or all in one."""
-        found = re.findall(r"(I?)([XYZABC]) ?([-+]?[0-9.]+|[-+]?Q[0-9]+)", rest)
+        found = re.findall(rf"(I?)([XYZABC]) ?({VALUE})", rest)
         if not found:
             if "#" in rest:
                 raise ToolpathError("a datum of the machine's table", hint="shift by X, Y, Z")
@@ -377,11 +380,11 @@ class HeidenhainMoves:
     def _called(self, text: str, line: int) -> Iterator[Block]:
         """CYCL CALL, or CYCL CALL POS: in rapid at the second clearance, or as high as the tool stands above it."""
         codes, to = place_of(text, self._value)
-        if self._cycle is not None:
+        if self.cycle.defined:
             yield from self._codes([c for c in codes if c in STARTING], line)
             codes = [c for c in codes if c not in STARTING]
-        if to is not None and self._cycle is not None:
-            up = level(self._cycle)
+        if to is not None and self.cycle.defined:
+            up = self.cycle.level
             if self._at["Z"] is None or self._at["Z"] < up:
                 yield Block(line, {"Z": up}, (0,))
                 self._at["Z"] = up
@@ -392,8 +395,6 @@ class HeidenhainMoves:
 
     def _drill(self, line: int) -> Iterator[Block]:
         """The cycle in force where the tool stands."""
-        if self._cycle is None:
-            raise ToolpathError("a cycle call without a cycle", hint="define it before")
-        yield from drilled(self._cycle_number, self._cycle, self._at["Z"], line, self._feeds.speed)
+        yield from self.cycle.drill(self._at["Z"], line, self._feeds.speed)
         yield from self._feeds.behind_cycle(line)
-        self._at["Z"] = level(self._cycle)
+        self._at["Z"] = self.cycle.level

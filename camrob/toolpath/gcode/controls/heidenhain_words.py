@@ -20,6 +20,7 @@ __all__ = [
     "MODES",
     "SILENT",
     "STARTING",
+    "VALUE",
     "Frames",
     "Pole",
     "ToolCall",
@@ -40,13 +41,16 @@ SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 1
 MODES = frozenset((97, 98, 101, 102, 103, 109, 110, 111, 118, 130, 136, 140, 141, 143, 144, 145, 148, 149, 197))
 """M functions that change the path or its feed."""
 
+VALUE = r"[-+]?(?:[0-9.]+|Q[LR]?[0-9]+)"
+"""A number or a parameter, as a pattern."""
+
 _WORD = re.compile(
     r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F[UZ]|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|R(?= |$)|S)"
-    r" ?([-+]?(?:Q[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
+    r" ?([-+]?(?:Q[LR]?[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
 )
 
 
-_CORNER = re.compile(r"(RND R|CHF) ?([-+]?[0-9.]+|[-+]?Q[0-9]+)(?: F ?([0-9.]+|Q[0-9]+))?")
+_CORNER = re.compile(rf"(RND R|CHF) ?({VALUE})(?: F ?({VALUE}))?")
 _SHOWN = re.compile(r" ?\bM94(?: [ABC](?![-+0-9]))?(?![0-9])")  # M94: a rotary axis is shown within one turn
 
 
@@ -201,18 +205,25 @@ class ToolCall(NamedTuple):
     note: str = ""
 
 
-def tool_call(text: str, number_of: Callable[[str], float | None], *, one_name: bool) -> ToolCall:
-    """What stands behind TOOL CALL; `number_of` is the set-up's by a tool's name.
+_CALLED = re.compile(rf"(?: ?(?:[XYZ]\b|[SF] ?{VALUE}|F[UZ] ?{VALUE}|D[LR]2? ?{VALUE}))*")
+
+
+def tool_call(
+    text: str, number_of: Callable[[str], float | None], value: Callable[[str], float], *, one_name: bool
+) -> ToolCall:
+    """What stands behind TOOL CALL; `number_of` is the set-up's by a tool's name, `value` what a number or parameter is worth.
 
     Raises ToolpathError for offsets, other tool axes, and one of several names that the set-up doesn't have.
     """
-    match = re.match(r'("[^"]*"|[0-9]+(?:\.[0-9]+)?)?', text)
+    match = re.match(r'("[^"]*"|Q[LR]?[0-9]+|[0-9]+(?:\.[0-9]+)?)?', text)
     name = match[0] if match else ""
     rest = text[len(name) :]
-    for key, value in re.findall(r"\b(D[LR]2?)([-+]?[0-9.]+)", rest):
-        if float(value):
+    if _CALLED.fullmatch(rest) is None:
+        raise ToolpathError(f"TOOL CALL {text[:40]} is not read", hint="name the tool, Z, S and F")
+    for key, given in re.findall(rf"\b(D[LR]2?) ?({VALUE})", rest):
+        if value(given):
             raise ToolpathError(
-                f"TOOL CALL with {key}{value}: an offset of the path", hint="put it into the CAM system"
+                f"TOOL CALL with {key}{given}: an offset of the path", hint="put it into the CAM system"
             )
     axis = re.search(r" ([XYZ])\b", f" {rest.strip()}")
     if axis and axis[1] != "Z":
@@ -222,7 +233,10 @@ def tool_call(text: str, number_of: Callable[[str], float | None], *, one_name: 
             f"TOOL CALL with {per[0]}: a feed per tooth or per turn for all that follows",
             hint="post the feed in mm/min",
         )
-    speed, feed = (re.search(rf"\b{letter} ?([0-9.]+)", rest) for letter in "SF")
+    speed, feed = (
+        None if found is None else value(found[1])
+        for found in (re.search(rf"\b{letter} ?({VALUE})", rest) for letter in "SF")
+    )
     number: float | None = None
     note = ""
     if name.startswith('"') and not name.strip('"').isdigit():
@@ -235,13 +249,13 @@ def tool_call(text: str, number_of: Callable[[str], float | None], *, one_name: 
         if number is None:
             note = f"TOOL CALL {name[:40]} is the file's only tool: it is taken for the one of the set-up"
     elif name:
-        number = float(name.strip('"'))
-    return ToolCall(bool(name), number, float(speed[1]) if speed else None, float(feed[1]) if feed else None, note)
+        number = value(name.strip('"'))
+    return ToolCall(bool(name), number, speed, feed, note)
 
 
 _MIRRORED = re.compile(r"(?:[XYZ](?: |$))*")
-_ANGLE = re.compile(r"(I?)ROT ?([-+]?[0-9.]+|[-+]?Q[0-9]+)")
-_SCALE = re.compile(r"SCL ?([0-9.]+|Q[0-9]+)")
+_ANGLE = re.compile(rf"(I?)ROT ?({VALUE})")
+_SCALE = re.compile(rf"SCL ?({VALUE})")
 
 
 class Frames:

@@ -13,7 +13,7 @@ import numpy as np
 from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign import klartext_places, klartext_values
 from camrob.witness.cl.foreign.computed_values import Values
-from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, klartext_hole, spatial_plane
+from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, spatial_plane
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end
 from camrob.witness.cl.foreign.klartext_values import NUMBER
@@ -39,6 +39,7 @@ class KlartextReader(ForeignReader):
         named = {name.upper() for name in re.findall(r"TOOL CALL\s+(\"[^\"]*\"|\d+)", re.sub(r";.*", "", text), re.I)}
         self._lone = len(named) == 1
         self._computed = Values()
+        self._in_force = klartext_values.CycleInForce(self._computed)
         self._folded: tuple[str, float] = ("", 0.0)  # mirrored axes (8) and angle (10) in force
         self._preset = ""  # the datum of the machine's table (247)
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
@@ -68,13 +69,14 @@ class KlartextReader(ForeignReader):
         return LabelRun(rows, self._computed.of)
 
     def _line(self, row: str, line: int) -> None:
-        if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q\d+) ?= ?(.+)", row):
+        if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q[LR]?\d+) ?= ?(.+)", row):
             self._computed.keep(given[1], formula_of(given[1], given[2], row))
+            self._drills = self._in_force.given(given[1]) or self._drills
             return
         if turned := re.fullmatch(r"L((?: ?[ABC] ?[-+]?Q12[0-2])+)(?: R0)?(?: F ?MAX| F ?\d+)?((?: M\d+)*)", row):
             self._turn_along(re.findall(r"M0*(\d+)", turned[2]), line)
             return
-        row = re.sub(r"(?<=[A-Z=])([-+]?)(Q\d+)", self._number_of, row)
+        row = re.sub(r"(?<=[A-Z=])([-+]?)(Q[LR]?\d+)", self._number_of, row)
         if self._unsure and re.match(r"(L|LN|C|CR|CP|LP|CYCL CALL) ", row) and not re.search(r"\bM(9[12]|140)\b", row):
             raise UnreadError("a motion in a tilted plane whose datum shift has ended")
         row = "CYCL CALL" if row == "M99" else row
@@ -287,10 +289,9 @@ class KlartextReader(ForeignReader):
 
     def _set_pole(self, text: str) -> None:
         words, _, _ = self._parts(text)
-        to = self._ends(words)
+        self._pole = Pole.named(self._ends(words), self._pole)
         if words:
             raise UnreadError(f"{', '.join(words)} of a centre (CC)")
-        self._pole = Pole.named(to, self._pole)
 
     def _round(self, kind: str, text: str, line: int) -> None:
         words, codes, rapid = self._parts(text)
@@ -363,12 +364,11 @@ class KlartextReader(ForeignReader):
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:I?[XYZ]\s?{NUMBER}\s?)+", rest)
         time = re.fullmatch(rf"(?:[A-Z]+\.?\s?)*({NUMBER})", rest)
-        for name in re.findall(r"\bQ\d+(?= ?=)", rest):  # a cycle's values are such parameters too
-            self._computed.forget(name)
+        self._in_force.take(rest, self._called_feed)
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
             return
         if main in ("200", "201", "203", "206", "207", "240"):
-            self._drills = klartext_hole(main, klartext_values.cycle_values(rest, self._called_feed))
+            self._drills = self._in_force.hole(main)
         elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
             self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
             self._unsure = True

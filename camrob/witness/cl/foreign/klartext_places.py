@@ -78,9 +78,9 @@ def formula_of(name: str, text: str, row: str) -> str:
     """
     text = text.replace(" DIV ", "/")
     if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS)\b(?! ?\()", text):
-        text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS) ?([-+]?(?:Q\d+|[\d.]+))", r"\1(\2)", text)
+        text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS) ?([-+]?(?:Q[LR]?\d+|[\d.]+))", r"\1(\2)", text)
     many = re.match(r"FN ?[1-4]", row) and re.search(r"[-+*/][-+ ]*[-+*/][^Q\d]", text)
-    if int(name[1:]) in range(100, 200) or many:
+    if (name[1:].isdigit() and int(name[1:]) in range(100, 200)) or many:
         raise UnreadError(f"{row[:24]}, computed")
     return text
 

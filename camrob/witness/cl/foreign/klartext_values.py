@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 
+from camrob.witness.cl.foreign.computed_values import Values
+from camrob.witness.cl.foreign.foreign_cycles import Hole, klartext_hole
 from camrob.witness.cl.foreign.foreign_words import UnreadError
 
-__all__ = ["ARC_BY_MACHINE", "FEED_BY_TOOL", "NUMBER", "cycle_values", "feed_words", "tool_words"]
+__all__ = ["ARC_BY_MACHINE", "FEED_BY_TOOL", "NUMBER", "CycleInForce", "feed_words", "tool_words"]
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 """A number, as a pattern."""
@@ -14,6 +16,7 @@ ARC_BY_MACHINE = "an arc, or a polar motion, by positions of the machine (M91, M
 FEED_BY_TOOL = "a feed per tooth, or one per turn behind another speed"
 """Of programs that camrob refuses, beside: nothing that is made of one can be right."""
 _AT_ONCE = "99999"  # a feed that stands for FMAX
+_FIRST_OF_CYCLES = 200  # parameters from here on are those of cycles
 
 
 def tool_words(text: str) -> tuple[str | None, str | None, str | None]:
@@ -42,9 +45,33 @@ def feed_words(words: dict[str, str], turns: float | None) -> tuple[list[str], b
     return [f"F{float(words.pop('FU')) * turns:.9f}"], True
 
 
-def cycle_values(rest: str, called_feed: str) -> dict[int, float]:
-    """The parameters of a cycle by their Q numbers; FAUTO is TOOL CALL's feed, FMAX as fast as can be."""
-    rest = re.sub(r"(?<==) ?F ?MAX\b", _AT_ONCE, rest)
-    if called_feed:
-        rest = re.sub(r"(?<==) ?F ?AUTO\b", called_feed, rest)
-    return {int(k): float(v) for k, v in re.findall(rf"Q(\d+) ?= ?({NUMBER})(?![\d.])", rest)}
+class CycleInForce:
+    """The cycle that a call runs, by parameters that are the program's own: what one is given behind the definition holds."""
+
+    def __init__(self, computed: Values) -> None:
+        self._computed = computed
+        self._number, self._q = "", dict[int, float]()
+        self._taken: dict[int, float] = {}
+
+    def take(self, rest: str, called_feed: str) -> None:
+        """The parameters that a CYCL DEF names; FAUTO is TOOL CALL's feed, FMAX as fast as can be."""
+        for name in re.findall(r"\bQ\d+(?= ?=)", rest):
+            self._computed.forget(name)
+        plain = {int(k): float(v) for k, v in re.findall(rf"\bQ(\d+) ?= ?({NUMBER})(?![\d.])", rest)}
+        for number, value in plain.items():
+            self._computed.put(f"Q{number}", value)
+        feeds = {"MAX": float(_AT_ONCE)} | ({"AUTO": float(called_feed)} if called_feed else {})
+        words = re.findall(r"\bQ(\d+) ?= ?F ?(MAX|AUTO)\b", rest)
+        self._taken = plain | {int(k): feeds[word] for k, word in words if word in feeds}
+
+    def hole(self, number: str) -> Hole:
+        """That of the parameters taken last. Raises UnreadError for cycles that aren't read."""
+        self._number, self._q = number, self._taken
+        return klartext_hole(number, self._q)
+
+    def given(self, name: str) -> Hole | None:
+        """What Q201 = ... makes of the cycle in force, None where there is none. Raises UnreadError as above."""
+        if not self._number or not name[1:].isdigit() or int(name[1:]) < _FIRST_OF_CYCLES:
+            return None
+        self._q = self._q | {int(name[1:]): self._computed.of(name)}
+        return klartext_hole(self._number, self._q)

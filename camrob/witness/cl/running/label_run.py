@@ -15,9 +15,9 @@ from camrob.witness.cl.running.unread import NOWHERE, UnreadError
 __all__ = ["LabelRun"]
 
 _NAME = r"(\d+|\"[^\"]*\")"
-_VALUE = r"([-+]?(?:Q\d+|\d+\.?\d*|\.\d+))"
+_VALUE = r"([-+]?(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))"
 _LABEL = re.compile(rf"LBL ?{_NAME}")
-_CALL = re.compile(rf"CALL LBL ?{_NAME}(?: ?REP ?(\d+)(?: ?/ ?(\d+))?)?")
+_CALL = re.compile(rf"CALL LBL ?{_NAME}(?: ?REP ?(\d+|Q[LR]?\d+)(?: ?/ ?(\d+|Q[LR]?\d+))?)?")
 _JUMP = re.compile(rf"FN ?(9|10|11|12) ?: ?IF ?{_VALUE} ?(EQU|NE|GT|LT) ?{_VALUE} ?GOTO LBL ?{_NAME}")
 _SIGNS = {"9": "EQU", "10": "NE", "11": "GT", "12": "LT"}
 _NESTED = 8  # subprograms in one another, as older controls have it
@@ -86,13 +86,13 @@ class LabelRun(Ordered):
         return first + 1
 
     def _repeat(self, at: int, call: re.Match[str]) -> int:
-        first, times = self._place(call[1]), int(call[2])
-        if first > at or (call[3] is not None and int(call[3]) != times):
+        first, times = self._place(call[1]), self._value(call[2])
+        if first > at or call[3] not in (None, call[2]) or times % 1.0 or times < 0.0:
             raise UnreadError("a repeat of what stands behind it, or that has begun")
         if self._frames and not self._frames[-1].first <= first:
             raise UnreadError("a repeat of what stands outside of its subprogram")
         self._begins[at] = first
-        left = self._counts.get(at, times)
+        left = self._counts.get(at, int(times))
         if left is None:
             raise UnreadError("a repeat that a jump has left")
         if left > 0:
