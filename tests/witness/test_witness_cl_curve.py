@@ -40,7 +40,7 @@ def cut(story: Story) -> np.ndarray:
     return story.path.tip[np.insert(rows, 0, rows[0] - 1)] * 1000.0
 
 
-@pytest.mark.parametrize("knots", [INNER, WHOLE], ids=["inner knots", "all knots"])
+@pytest.mark.parametrize("knots", [INNER, [*INNER, 1.0], WHOLE], ids=["inner knots", "and the last one", "all knots"])
 @pytest.mark.parametrize("again", [True, False], ids=["start said again", "start where the tool is"])
 def test_a_curve_is_scipys(tell, knots, again):
     story = tell(HEAD + nurbs(CONTROL if again else CONTROL[1:], knots) + "RAPID\nGOTO/30,4,30\n")

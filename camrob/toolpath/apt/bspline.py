@@ -20,14 +20,20 @@ _HIGHEST_DEGREE = 9  # CAM systems write 3, some 5
 
 
 def clamped_spline(control: NDArray[np.float64], knots: NDArray[np.float64]) -> BSpline:
-    """The curve of control points (N, 3) over `knots`: the interior ones (in 0..1), or the whole clamped vector.
+    """The curve of control points (N, 3) over `knots`: the interior ones (between 0 and 1), with or without the last one, 1, which
+    NX says, or the whole clamped vector.
 
     The degree follows from the two counts. Raises ToolpathError where they don't fit each other.
     """
     n, k = len(control), len(knots)
-    if n < 2 or np.any(np.diff(knots) < 0.0) or (k and not (knots[0] >= 0.0 and knots[-1] <= 1.0)):
-        raise ToolpathError("a NURBS has knots out of order or too few control points", hint="output it as points")
     whole = k > n and bool(knots[0] == knots[1] and knots[-1] == knots[-2])
+    if not whole and k and knots[-1] == 1.0:
+        knots = knots[:-1]
+    k = len(knots)
+    ends = (knots[0], knots[-1]) if k else (0.5, 0.5)
+    within = 0.0 <= ends[0] and ends[1] <= 1.0 if whole else 0.0 < ends[0] and ends[1] < 1.0
+    if n < 2 or np.any(np.diff(knots) < 0.0) or not within:
+        raise ToolpathError("a NURBS has knots out of order or too few control points", hint="output it as points")
     degree = k - n - 1 if whole else n - k - 1
     if not 1 <= degree <= _HIGHEST_DEGREE:
         raise ToolpathError(f"a NURBS of {n} control points does not fit its {k} knots", hint="output it as points")

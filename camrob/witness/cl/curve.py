@@ -78,6 +78,8 @@ def spline_points(control: Array, knots: Array) -> Array | None:
 
 def _clamped(n: int, knots: Array) -> tuple[Array, int] | None:
     """All knots and the degree; None where there is no clamped curve of n control points."""
+    if 0 < len(knots) <= n and knots[-1] == 1.0:  # the inner ones and, as NX writes them, the last one
+        knots = knots[:-1]
     k = len(knots)
     degree = k - n - 1 if k > n else n - k - 1
     if degree < 1 or (np.diff(knots) < 0.0).any():

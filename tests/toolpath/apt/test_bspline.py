@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from camrob.toolpath.apt.bspline import clamped_spline, sample_spline
 
@@ -62,3 +62,12 @@ def test_no_chord_turns_by_more_than_the_angle() -> None:
     turns = np.arccos(np.clip(np.sum(steps[1:] * steps[:-1], axis=1), -1.0, 1.0))
     assert turns.max() <= ANGLE + 1e-9
     assert len(points) >= 6.0 / ANGLE
+
+
+@pytest.mark.parametrize("said", [[0.3, 0.7], [0.3, 0.7, 1.0]])
+def test_an_end_that_is_said_with_the_inner_knots_is_none_of_them(said: list[float]) -> None:
+    """NX's CLSF says the last knot, 1: six points with two inner knots are a cubic, not a curve of the second degree."""
+    control = np.array([[0, 0, 0], [5, 10, 0], [15, 12, -2], [20, 0, -1], [26, -3, 0], [30, 4, 1]], float)
+    curve, wanted = clamped_spline(control, np.array(said)), BSpline([0, 0, 0, 0, 0.3, 0.7, 1, 1, 1, 1], control, 3)
+    assert curve.k == 3
+    np.testing.assert_allclose(curve(np.linspace(0, 1, 50)), wanted(np.linspace(0, 1, 50)), atol=1e-12)
