@@ -81,7 +81,7 @@ def test_repeats_in_one_another(klartext):
         "4 CALL LBL 1 REP2\n5 LBL 1\n",
         "4 CALL LBL 1\n5 LBL 2\n6 M30\n7 LBL 1\n8 FN 9: IF +0 EQU +0 GOTO LBL 2\n9 LBL 0\n",
         "4 CALL PGM B\n",
-        "4 Q200 = 9\n5 CYCL DEF 200 Q200=2 Q201=-3 Q206=9 Q202=5 Q203=0 Q204=9\n6 L X+Q200\n",
+        "4 Q206 = 9\n5 CYCL DEF 200 Q200=2 Q201=-3 Q206= FMAX Q202=5 Q203=0 Q204=9\n6 L X+Q206\n",
     ],
 )
 def test_what_nobody_knows_of_labels_is_a_gap(klartext, body, monkeypatch):
