@@ -20,8 +20,8 @@ _HIGHEST_DEGREE = 9  # CAM systems write 3, some 5
 
 
 def clamped_spline(control: NDArray[np.float64], knots: NDArray[np.float64]) -> BSpline:
-    """The curve of control points (N, 3) over `knots`: the interior ones (between 0 and 1), with or without the last one, 1, which
-    NX says, or the whole clamped vector.
+    """The curve of control points (N, 3) over `knots`: the interior ones (between 0 and 1), with or without the last one, 1,
+    which NX says, or the whole clamped vector.
 
     The degree follows from the two counts. Raises ToolpathError where they don't fit each other.
     """
