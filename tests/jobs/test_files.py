@@ -102,6 +102,33 @@ def test_parts_that_are_no_longer_made_go(tmp_path: Path) -> None:
     assert contents(tmp_path) == {"a.src": "short", "a.json": "short"}
 
 
+@pytest.mark.parametrize("part", ["b_001.src", "B_001.SRC"])
+def test_a_part_of_another_program_is_not_replaced(tmp_path: Path, part: str) -> None:
+    """Else the other program calls this one's motions in its middle: `b` is long, and was cut into b_001 and so on."""
+    with staged_output(tmp_path, name="b") as folder:
+        write(folder, "long", ("b.src", part))
+        (folder / "b.json").write_text(json.dumps({"files": ["b.src", part]}))
+    with (
+        pytest.raises(InputError, match=f"{part} there is a file of program b"),
+        staged_output(tmp_path, name="b_001") as folder,
+    ):
+        write(folder, "other", ("b_001.src", "b_001.dat", "b_001.json"))
+    assert {name: text for name, text in contents(tmp_path).items() if name != "b.json"} == {
+        "b.src": "long",
+        part: "long",
+    }
+
+
+def test_data_of_nobody_s_are_not_taken_for_a_part_s(tmp_path: Path) -> None:
+    (tmp_path / "B_001.dat").write_text("of long ago")
+    with (
+        pytest.raises(InputError, match=r"B_001\.dat there would be taken"),
+        staged_output(tmp_path, name="b") as folder,
+    ):
+        write(folder, "new", ("b.src", "b.dat", "b_001.src"))
+    assert contents(tmp_path) == {"B_001.dat": "of long ago"}
+
+
 def test_a_hostile_list_removes_nothing_else(tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()

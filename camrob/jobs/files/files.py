@@ -49,10 +49,11 @@ def staged_output(out: Path, *, name: str | None = None) -> Iterator[Path]:
     where it wasn't there). Files of the same names are replaced; should that fail half-way, the old ones are put back.
     Programs come last, that of the name as the very last, so that a program never runs with another one's data. With
     `name`, files that the older `NAME.json` lists under "files" and that are no longer made (parts of a longer program)
-    are removed. Two runs into one folder publish one after the other, each as a whole; what a run that was killed
-    left behind is cleared by the next one.
+    are removed; a file of another program's there is no part of this one, whatever its name. Two runs into one folder publish
+    one after the other, each as a whole; what a run that was killed left behind is cleared by the next one.
 
-    Raises InputError when `out` can't be made, written or has vanished.
+    Raises InputError when `out` can't be made, written or has vanished, and where another program there has a file of a name that
+    this one needs.
     """
     out = Path(out)
     made = _make_folder(out)
@@ -176,7 +177,10 @@ def _publish(staging: Path, out: Path, name: str | None) -> None:
     for file in files:
         check_file_name(file.name)
         _to_disk(file)
-    obsolete = _obsolete(out, name, {f.name for f in files})
+    new = {f.name for f in files}
+    if name is not None:
+        _demand_own(out, name, new)
+    obsolete = _obsolete(out, name, new)
     backup = staging / "before"
     backup.mkdir()
     moved_away: list[str] = []
@@ -218,17 +222,40 @@ def _to_disk(path: Path) -> None:
         os.close(descriptor)
 
 
+def _listed(summary: Path) -> list[str]:
+    """The files that a NAME.json lists; none where it isn't there, or isn't ours."""
+    try:
+        listed = json.loads(summary.read_bytes())["files"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return []
+    return [file for file in listed if isinstance(file, str)] if isinstance(listed, list) else []
+
+
+def _demand_own(out: Path, name: str, new: set[str]) -> None:
+    """Raise InputError where a program file in `out` bears a new one's name, and another program's NAME.json lists it, or
+    nobody's does and it would stay: a controller sees neither capitals nor who made what, and takes NAME.dat for NAME.src's.
+    """
+    suffixes = {Path(file).suffix for file in new} & set(language_suffixes())
+    stems = {Path(file).stem.lower() for file in new if Path(file).suffix in suffixes}
+    mine = _listed(out / f"{name}.json")
+    for file in sorted(out.iterdir()):
+        if file.name in mine or file.suffix.lower() not in suffixes or file.stem.lower() not in stems:
+            continue
+        others = (summary for summary in sorted(out.glob("*.json")) if summary.stem != name)
+        owner = next((summary.stem for summary in others if file.name in _listed(summary)), "")
+        if owner:
+            what = f"{file.name} there is a file of program {owner}, and {name} needs one of that name"
+            raise InputError(what, hint="give it another name (--name) or another --out", path=out)
+        if file.name not in new:
+            what = f"{file.name} there would be taken for a file of {name}, which didn't make it"
+            raise InputError(what, hint="move it away, or choose another --out", path=out)
+
+
 def _obsolete(out: Path, name: str | None, new: set[str]) -> list[str]:
     """Files that the older NAME.json lists, that bear the program's name, and that aren't made again."""
     if name is None:
         return []
-    try:
-        listed = json.loads((out / f"{name}.json").read_bytes())["files"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return []  # there is no older program, or it isn't ours
-    if not isinstance(listed, list):
-        return []
-    mine = [file for file in listed if isinstance(file, str) and file not in new and _bears(file, name)]
+    mine = [file for file in _listed(out / f"{name}.json") if file not in new and _bears(file, name)]
     return [file for file in dict.fromkeys(mine) if (out / file).is_file()]
 
 

@@ -30,6 +30,13 @@ _RESERVED = frozenset(
     WHEN WHILE B_AND B_EXOR B_NOT B_OR CON PRN AUX NUL COM1 COM2 COM3 COM4 LPT1 LPT2 LPT3 X Y Z A B C S T A1 A2 A3 A4
     A5 A6 E1 E2 E3 E4 E5 E6""".split()
 )
+_TAKEN = frozenset(
+    """ABS SQRT SIN COS TAN ACOS ATAN2 EK INV_POS INVERSE FORWARD VARTYPE VARSTATE STRADD STRCLEAR STRCOMP STRCOPY
+    STRDECLLEN STRFIND STRLEN CELL P00 SPS IR_STOPM MASREF_MAIN MASREF_USER NEW_SERV FLT_SERV USER_GRP USER_SPOT
+    HOME HOME1 HOME2 HOME3 HOME4 HOME5 XHOME XHOME1 XHOME2 XHOME3 XHOME4 XHOME5 PDAT_ACT LDAT_ACT FDAT_ACT PDEFAULT
+    LDEFAULT FHOME BASE_DATA TOOL_DATA LOAD_DATA BASE_NAME TOOL_NAME MACHINE_DEF MACHINE_FRAME_DAT""".split()
+)
+"""What every controller has under that name itself: functions, its own modules in R1, variables of $config.dat."""
 
 
 def comment_text(text: str, longest: int) -> str:
@@ -42,12 +49,13 @@ def comment_text(text: str, longest: int) -> str:
 
 
 def krl_name(text: str, taken: Container[str] = ()) -> str:
-    """A KRL name made from `text`: a letter, then letters, digits and _, 24 at most, no keyword, and none of `taken`.
+    """A KRL name made from `text`: a letter, then letters, digits and _, 24 at most, no keyword, nothing that the controller has
+    itself, and none of `taken`.
 
     Letters keep their case, which KRL doesn't see.
     """
     name = re.sub(r"[^A-Za-z0-9]+", "_", plain_text(text, _INSTEAD)).strip("_")
-    if not name or not name[0].isalpha() or name.upper() in _RESERVED:
+    if not name or not name[0].isalpha() or name.upper() in _RESERVED | _TAKEN:
         name = f"P_{name}".rstrip("_")
     name = name[:NAME_LENGTH].rstrip("_")
     unique, count = name, 1

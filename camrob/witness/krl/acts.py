@@ -15,11 +15,11 @@ from camrob.witness.krl.statements import BAS, variable
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import UnknownError, split_top
 
-__all__ = ["ACTS", "Act"]
+__all__ = ["ACTS", "STANDARD", "Act"]
 
 Act = Callable[[State, re.Match[str], Line], None]
 
-_STANDARD = (
+STANDARD = (
     "PDAT_ACT",
     "LDAT_ACT",
     "FDAT_ACT",
@@ -162,7 +162,7 @@ def _assign(state: State, match: re.Match[str], line: Line) -> None:
     elif name in state.signals:
         state.waits(line)
         put_output(state, line, name, match["value"])
-    elif state.variables.knows(name) or name.split("[")[0].split(".")[0] in _STANDARD:
+    elif state.variables.knows(name) or name.split("[")[0].split(".")[0] in STANDARD:
         _hold_tables(state, name.split(".")[0], line)
         try:
             state.variables.put(name, state.variables.value(match["value"]))

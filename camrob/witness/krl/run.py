@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from camrob.witness.happenings import Gap, Objection, Run
-from camrob.witness.krl.acts import ACTS
+from camrob.witness.krl.acts import ACTS, STANDARD
 from camrob.witness.krl.again import alike, left_over
 from camrob.witness.krl.blocks import begins, curved, idle, in_spline, leaves
 from camrob.witness.krl.columns import Motions
@@ -30,7 +30,8 @@ __all__ = ["run_program"]
 _MOST_TURNS = 20_000  # of all loops together; lists of points that a loop runs through hold some ten thousand
 _MOST_JUMPS = 500  # by GOTO
 _LIBRARY = ("BAS", "IR_STOPM")  # KUKA's, whose effects are known
-_OWN_NAMES = (*_LIBRARY, *FUNCTIONS, *FORM_FUNCTIONS)  # that no program may give to a routine of its own
+_OTHERS = ("CELL", "SPS", "P00", *STANDARD)  # modules and variables that every controller has
+_OWN_NAMES = (*_LIBRARY, *FUNCTIONS, *FORM_FUNCTIONS, *_OTHERS)  # that no program may give to a routine of its own
 _CALLS_DEEP = 25  # routines that call routines; KUKA's own limit is lower
 _FOR = re.compile(r"FOR (?P<name>[A-Z_]\w*) ?= ?(?P<first>.+?) TO (?P<last>.+?)(?: STEP (?P<step>.+))?")
 _IF = re.compile(r"IF ?(?P<when>.+?) ?THEN")

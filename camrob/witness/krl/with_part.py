@@ -139,6 +139,7 @@ FORM_FUNCTIONS: dict[str, tuple[str, Callable[[State, list[str], Line], None]]] 
     "SACC_CP": ("$ACC", _ramp),
     "SACC_JOINT": ("$ACC_AXIS", _setting(ACC_PTP, "ACC")),
     "SORI_TYP": ("$ORI_TYPE", _word("$ORI_TYPE", "ORI_TYP")),
+    "SCIRC_TYP": ("$CIRC_TYPE", _word("$CIRC_TYPE", "CIRC_TYP")),
     "SAPO": ("$APO", _setting("$APO.CDIS", "APO_DIST")),
     "SAPO_PTP": ("$APO", _nothing),
     "SJERK": ("$JERK", _nothing),
