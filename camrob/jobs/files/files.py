@@ -177,10 +177,10 @@ def _publish(staging: Path, out: Path, name: str | None) -> None:
     for file in files:
         check_file_name(file.name)
         _to_disk(file)
-    new = {f.name for f in files}
+    names = {f.name for f in files}
     if name is not None:
-        _demand_own(out, name, new)
-    obsolete = _obsolete(out, name, new)
+        _demand_own(out, name, names)
+    obsolete = _obsolete(out, name, names)
     backup = staging / "before"
     backup.mkdir()
     moved_away: list[str] = []
