@@ -201,7 +201,16 @@ def _charts(line: TapeLine) -> list[LineChart]:
         )
     )
     caption = "What the simulated robot truly does, gear ripple included, which the published model doesn't know."
-    return [LineChart("tape-line", "The tape's line on the simulated robot", caption, "point", "mm", curves)]
+    return [
+        LineChart(
+            "tape-line",
+            "The tape's line on the simulated robot",
+            caption,
+            "point of the line",
+            "off the line [mm]",
+            curves,
+        )
+    ]
 
 
 def _as_log(cell: Cell, data: Measurements) -> MeasurementLog:

@@ -31,7 +31,7 @@ def batch_report(summary: BatchSummary, folder: Path) -> str:
             _verdict(summary),
             _failures(summary, names),
             card_row(_cards(summary, names)),
-            section("All jobs", table(heads, rows, left=1, whole=True)),
+            section("All jobs", table(heads, rows, left=1)),
             "<footer>Made by camrob. Each job is judged by itself, as its own command would; reports open from the folders that "
             "the jobs wrote them to.</footer></main>",
         ]
@@ -54,7 +54,7 @@ def _failures(summary: BatchSummary, names: Mapping[int, str]) -> str:
         for job in summary.jobs
         if (reasons := _reasons(job))
     ]
-    return section("What stands against them", table(("job", "why"), rows, left=2, whole=True)) if rows else ""
+    return section("What stands against them", table(("job", "why"), rows, left=2)) if rows else ""
 
 
 def _reasons(job: JobFigures) -> list[str]:

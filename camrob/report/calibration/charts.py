@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibration.pose_by_pose import CalibrationEvidence, PoseErrors, explained_by_axis
-from camrob.report.page.html import plot_text
+from camrob.report.page.html import escape, plot_text
 from camrob.report.page.pack import packed_floats
+from camrob.report.page.parts import section
 from camrob.summaries.calibration_summary import CalibrationFigures
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["calibration_charts"]
+__all__ = ["STAGES", "calibration_charts", "correlation_section"]
 
 Array = NDArray[np.float64]
 Chart = dict[str, Any]
@@ -24,6 +25,8 @@ _COLORS = {"nominal": "#d1495b", "frames": "#e08a1e", "calibrated": "#2b7de9"}
 _NOISE = "#8a93a0"
 _MOST = 2500  # points of a cloud
 _STEPS = 400  # of a distribution
+_SQUARE = 16.0  # pixels of a correlation
+_FAINT = 0.05  # of a correlation: weaker ones are not seen
 _FEW = 200  # poses, below which bins of a dozen say nothing
 
 
@@ -38,7 +41,6 @@ def calibration_charts(evidence: CalibrationEvidence, summary: CalibrationFigure
     charts += [
         _parameters(summary),
         _singular(evidence),
-        _correlation(evidence),
         _remaining(_enough(judged, evidence), axes),
     ]
     return charts
@@ -174,11 +176,11 @@ def _parameters(summary: CalibrationFigures) -> Chart:
                     "hovertemplate": f"%{{x}}: %{{y:.4f}} {name}<extra></extra>",
                 }
             )
-    layout = _layout("", "mm", 380)
+    layout = _layout("", "value [mm]", 380)
     layout["margin"] |= {"b": 90}
     layout["xaxis"] |= {"domain": [0.0, 0.36]}
     layout["xaxis2"] = {"domain": [0.44, 1.0], "anchor": "y2"}
-    layout["yaxis2"] = {"title": {"text": "degrees"}, "anchor": "x2"}
+    layout["yaxis2"] = {"title": {"text": "value [degrees]"}, "anchor": "x2"}
     return _chart(
         "parameters",
         "The parameters found",
@@ -200,7 +202,7 @@ def _singular(evidence: CalibrationEvidence) -> Chart:
         "hovertemplate": "%{x}: %{y:.4g}<extra></extra>",
         "showlegend": False,
     }
-    layout = _layout("number", "singular value", 300)
+    layout = _layout("singular value, the largest first", "size", 300)
     layout["yaxis"]["type"] = "log"
     return _chart(
         "singular",
@@ -212,28 +214,42 @@ def _singular(evidence: CalibrationEvidence) -> Chart:
     )
 
 
-def _correlation(evidence: CalibrationEvidence) -> Chart:
-    """All correlations at once."""
-    names = [plot_text(n) for n in evidence.names]
-    trace = {
-        "type": "heatmap",
-        "x": names,
-        "y": names,
-        "z": [[float(f"{v:.3f}") for v in row] for row in evidence.correlation],
-        "zmin": -1.0,
-        "zmax": 1.0,
-        "colorscale": "RdBu",
-        "colorbar": {"thickness": 12},
-        "hovertemplate": "%{x} and %{y}: %{z:.3f}<extra></extra>",
-    }
-    layout = _layout("", "", max(420, 14 * len(names) + 150))
-    layout["margin"] = {"l": 120, "r": 16, "t": 30, "b": 120}
-    small = {"dtick": 1, "tickfont": {"size": 10}}
-    layout["xaxis"], layout["yaxis"] = small, {**small, "autorange": "reversed"}
-    caption = (
-        "Of the parameters' estimates. Strong colours off the diagonal: only the mixture of the two is known well."
+def correlation_section(evidence: CalibrationEvidence) -> str:
+    """All correlations at once, as a map in SVG: of each pair its square, red where they rise together, blue where not."""
+    names, side = [escape(n) for n in evidence.names], _SQUARE
+    left, top = 110.0, 4.0
+    size = side * len(names)
+    out = [
+        f'<svg viewBox="0 0 {left + size + 4:.0f} {top + size + 104:.0f}" role="img" aria-label="correlations of the '
+        f'parameters, each with each" style="width:100%;max-width:{1.4 * (left + size):.0f}px" font-size="10" '
+        'fill="currentColor">'
+    ]
+    for k, name in enumerate(names):
+        at = top + (k + 0.7) * side
+        down = left + (k + 0.7) * side
+        out.append(f'<text x="{left - 6:.0f}" y="{at:.1f}" text-anchor="end">{name}</text>')
+        out.append(
+            f'<text x="{down:.1f}" y="{top + size + 8:.0f}" transform="rotate(-90 {down:.1f} {top + size + 8:.0f})" '
+            f'text-anchor="end">{name}</text>'
+        )
+    for i, row in enumerate(np.asarray(evidence.correlation)):
+        for k, value in enumerate(row):
+            if abs(value) < _FAINT:
+                continue
+            color = "#c8342f" if value > 0.0 else "#2f6fc4"
+            out.append(
+                f'<rect x="{left + k * side:.1f}" y="{top + i * side:.1f}" width="{side - 1:.0f}" height="{side - 1:.0f}" '
+                f'fill="{color}" fill-opacity="{abs(value):.2f}"><title>{names[i]} and {names[k]}: {value:.3f}</title></rect>'
+            )
+    out.append(
+        f'<rect x="{left:.1f}" y="{top:.1f}" width="{size:.1f}" height="{size:.1f}" fill="none" stroke="currentColor" '
+        'stroke-opacity="0.3"/></svg>'
     )
-    return _chart("correlation", "Correlations", caption, [trace], layout)
+    caption = (
+        '<p class="caption">Of the parameters\' estimates: red, they rise together; blue, one rises as the other falls; the '
+        "stronger the colour, the more. Strong colours off the diagonal: only the mixture of the two is known well.</p>"
+    )
+    return section("Correlations", "".join(out), caption)
 
 
 def _enough(judged: Sequence[PoseErrors], evidence: CalibrationEvidence) -> Sequence[PoseErrors]:

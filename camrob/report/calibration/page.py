@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from camrob.calibration.pose_by_pose import CalibrationEvidence
-from camrob.report.calibration.charts import STAGES, calibration_charts
+from camrob.report.calibration.charts import STAGES, calibration_charts, correlation_section
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, figure, section, table
+from camrob.report.page.parts import card_row, figure, section, table, verdict_bar
 from camrob.summaries.calibration_summary import CalibrationFigures, CalibrationSummary, ErrorFigures, MeasuringFigures
 from camrob.units import m_to_mm
 
@@ -48,6 +48,7 @@ def calibration_report(
         [
             "<main>",
             f'<header><h1>Calibration of {escape(found.cell)}</h1><p class="made">from {escape(files)}</p></header>',
+            _verdict(found, evidence),
             _cards(found, evidence),
             _warnings(found),
             _published(published, source),
@@ -58,7 +59,7 @@ def calibration_report(
             _parameters(found),
             place["singular"],
             _identifiable(found),
-            place["correlation"],
+            correlation_section(evidence),
             place["remaining"],
             _remaining(found, evidence),
             _next(summary.next),
@@ -77,6 +78,24 @@ def _judged(summary: CalibrationFigures) -> tuple[ErrorFigures, ErrorFigures, st
     part = "withheld" if "calibrated/withheld" in errors else "fitted"
     first = "nominal" if f"nominal/{part}" in errors else "frames"
     return errors[f"{first}/{part}"], errors[f"calibrated/{part}"], part
+
+
+def _verdict(summary: CalibrationFigures, evidence: CalibrationEvidence) -> str:
+    """What it is worth on poses that took no part, and whether something is left that was not fitted."""
+    before, after, part = _judged(summary)
+    text = (
+        f"On {after.poses:,} {part} poses the mean error of position goes from {number(before.mean_mm, 3)} to "
+        f"{number(after.mean_mm, 3, 'mm')}; 95 % lie within {number(after.p95_mm, 3, 'mm')}."
+    )
+    if part == "fitted":
+        text += " No poses were withheld: how good it is elsewhere is not known."
+    if after.mean_mm >= before.mean_mm:
+        return verdict_bar("bad", "Don’t use it.", f"It makes the robot no better. {text}")
+    rest = _unexplained(summary, evidence)
+    if rest is not None and rest > 0.0:
+        text += " More is at work than was fitted: what remains is more than the instrument's noise."
+    careful = part == "fitted" or rest is None or rest > 0.0
+    return verdict_bar("warn" if careful else "good", "Better, with limits." if careful else "Calibrated.", text)
 
 
 def _cards(summary: CalibrationFigures, evidence: CalibrationEvidence) -> str:
@@ -155,13 +174,13 @@ def _parameters(summary: CalibrationFigures) -> str:
         plain = [number(v, decimals) if decimals else f"{v:.3e}" for v in (p.value, p.std)]
         sure = abs(p.value) / p.std if p.std else float("nan")
         whose = "instrument" if p.nuisance else "robot"
-        rows.append([escape(p.name), *plain, escape(p.unit), number(sure, 1), whose])
-    head = ("parameter", "value", "standard error", "unit", "value / error", "of the")
+        rows.append([escape(p.name), f"of the {whose}", escape(p.unit), *plain, number(sure, 1)])
+    head = ("parameter", "", "unit", "value", "standard error", "value / error")
     caption = (
         "base, tool: the frames' errors. A3.x .. ry: where the axis stands; zero: what the real axis value is beyond the "
         "reported one; compliance: by how much gravity's torque turns the link. Below 2, a value may as well be 0."
     )
-    return section("Parameters", table(head, rows), f'<p class="caption">{caption}</p>')
+    return section("Parameters", table(head, rows, left=3), f'<p class="caption">{caption}</p>')
 
 
 def _identifiable(summary: CalibrationFigures) -> str:
@@ -172,7 +191,10 @@ def _identifiable(summary: CalibrationFigures) -> str:
     o = summary.observability
     indices = ", ".join(f"O{k} {number(v, 4)}" for k, v in enumerate((o.o1, o.o2, o.o3, o.o4, o.o5), start=1))
     pairs = [[escape(" and ".join(c.pair)), number(c.value, 3)] for c in summary.correlations if abs(c.value) >= 0.5]
-    words = f"<p>Condition {number(summary.condition, 0)}; {indices}.</p>"
+    words = (
+        f"<p>Condition of the fit {number(summary.condition, 0)} (1: every parameter as well known as every other); the "
+        f"literature's indices of observability, larger is better: {indices}.</p>"
+    )
     left = table(("left out", "why"), rows, left=2) if rows else "<p>Every parameter asked for could be fitted.</p>"
     strong = (
         table(("strongest correlations", "r"), pairs) if pairs else "<p>No two are correlated by more than 0.5.</p>"
@@ -185,19 +207,28 @@ def _remaining(summary: CalibrationFigures, evidence: CalibrationEvidence) -> st
     before, after, part = _judged(summary)
     share = 100.0 * (1.0 - (after.rms_mm / before.rms_mm) ** 2) if before.rms_mm > 0.0 else 0.0
     text = f"Of the energy of the errors on {part} poses, {number(share, 1, '%')} is explained. "
-    noise = _noise(evidence)
-    if noise is None:
+    noise, rest = _noise(evidence), _unexplained(summary, evidence)
+    if noise is None or rest is None:
         text += "How much of the rest is the instrument's noise isn't known: LOG.toml gives no sigma_mm."
     else:
         floor = float(np.sqrt(3.0)) * noise
-        rest = float(np.sqrt(max(after.rms_mm**2 - floor**2, 0.0)))
         text += f"{number(after.rms_mm, 4, 'mm')} rms stay, of which the instrument's noise makes {number(floor, 4, 'mm')}; "
         text += (
             f"{number(rest, 4, 'mm')} rms remain unexplained."
-            if (after.rms_mm / floor) ** 2 - 1.0 > _BEYOND + 3.0 * float(np.sqrt(2.0 / (3.0 * after.poses)))
+            if rest > 0.0
             else "nothing stays that the noise doesn't explain."
         )
     return section("What stays unexplained", f"<p>{text}</p>")
+
+
+def _unexplained(summary: CalibrationFigures, evidence: CalibrationEvidence) -> float | None:
+    """What stays beyond the instrument's noise, mm rms; 0 where that may be chance, None where the noise isn't known."""
+    after, noise = _judged(summary)[1], _noise(evidence)
+    if noise is None:
+        return None
+    floor = float(np.sqrt(3.0)) * noise
+    by_chance = _BEYOND + 3.0 * float(np.sqrt(2.0 / (3.0 * after.poses)))
+    return float(np.sqrt(after.rms_mm**2 - floor**2)) if (after.rms_mm / floor) ** 2 - 1.0 > by_chance else 0.0
 
 
 def _next(plan: MeasuringFigures | None) -> str:

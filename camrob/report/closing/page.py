@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.report.diagnosis.sentences import compensable_text, plain_name, sentence
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, section, table, verdict_bar
+from camrob.report.page.parts import card_row, framed, section, table, verdict_bar
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import m_to_mm
@@ -86,7 +86,7 @@ def _chart(ledger: CloseLoopSummary) -> LineChart:
         "Off the intended path, turn by turn",
         "Along lines and arcs.",
         "turn",
-        "mm",
+        "off the path [mm]",
         tuple(curves),
         counted=len(seen) < _MOST_TICKS,
     )
@@ -108,7 +108,7 @@ def _along_chart(ledger: CloseLoopSummary, seen: Mapping[int, Along]) -> LineCha
         "As measured, along the path that was meant. Other turns than the first, the best and the last are drawn when their name "
         "is clicked.",
         "along the intended path [mm]",
-        "mm",
+        "off the path [mm]",
         tuple(curves),
     )
 
@@ -138,7 +138,7 @@ def _turn(ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | Non
         steps.append(("Experiment", f"<code>{escape(turn.experiment)}</code> tells two sets of causes apart."))
     best = ": nearest to the path so far" if turn.turn == ledger.best else ""
     rows = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in steps)
-    return section(f"Turn {turn.turn}{best}", f"<table><tbody>{rows}</tbody></table>")
+    return section(f"Turn {turn.turn}{best}", framed(f"<table><tbody>{rows}</tbody></table>"))
 
 
 def _turns(ledger: CloseLoopSummary) -> str:

@@ -88,11 +88,13 @@ def _verdict(summary: CompensateSummary) -> str:
     """What was gained, and what the program as written does worse than it could."""
     found = summary.machine
     if found is None:
-        before, after = summary.error_before, summary.error_after
+        before, after, between = summary.error_before, summary.error_after, summary.error_between
         text = (
             f"On the calibrated robot the mean error falls from {number(before.mean_mm, 3)} to {number(after.mean_mm, 4, 'mm')}, "
-            f"the worst from {number(before.max_mm, 3)} to {number(after.max_mm, 4, 'mm')}."
+            f"the worst from {number(before.max_mm, 3)} to {number(after.max_mm, 4, 'mm')}, at the motions' ends."
         )
+        if between is not None and between.max_mm > after.max_mm:
+            text += f" Half-way through a line up to {number(between.max_mm, 3, 'mm')} remain."
     else:
         text = (
             f"On the machine as diagnosed 95 % of the path was within {number(found.before.p95_mm, 3, 'mm')} and is within "
@@ -214,8 +216,8 @@ def _errors_along(path: PathErrors) -> list[LineChart]:
                 f"error-{what}",
                 f"Error of {what} along the program",
                 "At the motions' ends, on the calibrated chain; logarithmic.",
-                "motion",
-                unit,
+                "motion of the program",
+                f"error [{unit}]",
                 curves,
                 True,
             )
@@ -233,8 +235,8 @@ def _corrections_along(path: PathErrors) -> LineChart:
         "corrections",
         "Corrections of the arm's axes",
         "Compensated less planned. External axes stay as planned.",
-        "motion",
-        "degrees",
+        "motion of the program",
+        "correction [degrees]",
         curves,
     )
 

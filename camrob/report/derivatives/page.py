@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
+from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_pair, chart_section
+from camrob.report.page.parts import chooser, section, table, verdict_bar
 from camrob.report.page.statements import Statement, statements_section
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 
@@ -26,6 +27,10 @@ _CORNERED = "linear"  # the published interpolation
 _SAMPLING = (
     "Between points it is a straight line, so that each point is a corner: what it shows of acceleration and jerk measures how "
     "finely the path is sampled, not the machine. Read the smooth one for that."
+)
+_DOTTED = (
+    "Dotted: the axis's bounds where ds/dt and its two derivatives are 1 rad/s, 1 rad/s², 1 rad/s³, as in the paper; those far "
+    "beyond the curves are in the legend: click to see them. Drag to look closer."
 )
 _LIMITS = (("speed", "q_s / v (20)"), ("acceleration", "q_ss / a (24)"), ("jerk", "q_sss / j (26)"))
 
@@ -45,33 +50,63 @@ def derivative_report(
     axes: whose curves are drawn; rate: ds/dt, rad/s, that violations are counted at; source: what was analysed, as plain
     text; place: what the analyses' lines count; statements: the paper's beside what was found.
     """
-    charts = [chart for axis in axes for kind, both in analyses.items() for chart in _figure(kind, both, axis, place)]
-    charts += [_rates(kind, both) for kind, both in analyses.items()]
+    figures = {(axis, kind): _figure(kind, both, axis) for axis in axes for kind, both in analyses.items()}
+    rates = [_rates(kind, both) for kind, both in analyses.items()]
     body = "\n".join(
         [
             "<main>",
-            f"<h1>Machine coordinates along the total displacement of the axes</h1><p class='made'>{escape(cell.title)}; "
-            f"{escape(source)}{'; ' if source else ''}curves of {escape(', '.join(axes))}; violations at ds/dt = {rate:g} "
-            "rad/s</p>",
+            f"<h1>Speed, acceleration and jerk of the axes along the path</h1><p class='made'>{escape(cell.title)}; "
+            f"{escape(source)}. s: the way of all axes together, rad</p>",
+            _verdict(analyses, rate, place),
             statements_section(statements) if statements else "",
             *(_table(kind, both, rate, place) for kind, both in analyses.items()),
-            *(chart_section(chart) for chart in charts),
+            chooser(
+                "Curves axis by axis (Figure 1)",
+                {"axis": axes, "between points": list(analyses)},
+                {words: "".join(map(chart_pair, _pairs(charts))) for words, charts in figures.items()},
+                f'<p class="caption">{_DOTTED}</p>',
+            ),
+            *(chart_section(chart) for chart in rates),
             "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer>",
             "</main>",
         ]
     )
-    return page("Derivatives of the machine coordinates", body, {"names": {}, "charts": chart_data(charts)})
+    every = [*(chart for charts in figures.values() for chart in charts), *rates]
+    return page("Speed, acceleration and jerk of the axes", body, {"names": {}, "charts": chart_data(every)})
 
 
-def _figure(kind: str, both: Sequence[DerivativeAnalysis], axis: str, place: str) -> list[LineChart]:
+def _verdict(analyses: Analyses, rate: float, place: str) -> str:
+    """How fast s may run, by the curve that says something of the machine."""
+    kind = next((k for k in analyses if k != _CORNERED), _CORNERED)
+    last = analyses[kind][-1]
+    least = min(float(np.min(r)) for r in (last.rate_speed, last.rate_acceleration, last.rate_jerk))
+    over = last.violations(rate)
+    text = f"At {rate:g} rad/s no axis passes a limit of speed, acceleration or jerk"
+    if over:
+        worst = max(over, key=lambda v: v.worst)
+        text = (
+            f"At {rate:g} rad/s limits are passed in {len(over):,} stretches, the worst by {worst.axis} {worst.quantity}, "
+            f"{worst.worst:,.1f} times its limit{f' at {place} {worst.line}' if worst.line else ''}"
+        )
+    word = f"All limits are kept up to ds/dt = {number(least, 3, 'rad/s')}."
+    return verdict_bar("warn" if over else "good", word, escape(f"{text} ({kind} interpolation)."))
+
+
+def _pairs(charts: Sequence[LineChart]) -> list[tuple[LineChart, LineChart]]:
+    """Each quantity over the whole path beside the same over a short stretch."""
+    half = len(charts) // 2
+    return list(zip(charts[:half], charts[half:], strict=True))
+
+
+def _figure(kind: str, both: Sequence[DerivativeAnalysis], axis: str) -> list[LineChart]:
     """The eight diagrams of Figure 1: over the whole path, and over a short stretch in its middle."""
     k = both[0].axes.index(axis)
     v, a, j = (float(b[k]) for b in (both[0].bounds.speed, both[0].bounds.acceleration, both[0].bounds.jerk))
     rows = (
-        ("q", "coordinate", "rad or m", ()),
-        ("q_s", "first derivative", "per rad of s", (("speed", v, 2), ("acceleration", a, 4), ("jerk", j, 5))),
-        ("q_ss", "second derivative", "per rad² of s", (("acceleration", a, 4), ("jerk", j, 5))),
-        ("q_sss", "third derivative", "per rad³ of s", (("jerk", j, 5),)),
+        ("q", "coordinate", "q [rad, or m]", ()),
+        ("q_s", "first derivative", "dq/ds [per rad]", (("speed", v, 2), ("acceleration", a, 4), ("jerk", j, 5))),
+        ("q_ss", "second derivative", "d²q/ds² [per rad²]", (("acceleration", a, 4), ("jerk", j, 5))),
+        ("q_sss", "third derivative", "d³q/ds³ [per rad³]", (("jerk", j, 5),)),
     )
     whole = (0.0, max(float(one.s[-1]) for one in both))
     middle = 0.5 * whole[1]
@@ -96,10 +131,9 @@ def _figure(kind: str, both: Sequence[DerivativeAnalysis], axis: str, place: str
             charts.append(
                 LineChart(
                     f"{kind}-{axis}-{quantity}{name}",
-                    f"{escape(axis)}: {title}, {kind} interpolation{closer} (Figure 1)",
-                    "Dotted: the axis's bounds where ds/dt and its two derivatives are 1 rad/s, 1 rad/s², 1 rad/s³, as in the "
-                    "paper; those far beyond the curves are in the legend: click to see them. Drag to look closer.",
-                    "s, rad",
+                    f"{escape(axis)}: {title}{closer}",
+                    "",
+                    "s [rad]",
                     unit,
                     curves + bounds,
                 )
@@ -134,8 +168,8 @@ def _rates(kind: str, both: Sequence[DerivativeAnalysis]) -> LineChart:
         f"{kind}-rates",
         f"Rate ds/dt that all axes admit, {kind} interpolation",
         "Each bound by itself, at a constant rate; the derivatives' sizes count, whatever their sign.",
-        "s, rad",
-        "rad/s",
+        "s [rad]",
+        "ds/dt [rad/s]",
         curves,
         True,
     )
@@ -143,32 +177,35 @@ def _rates(kind: str, both: Sequence[DerivativeAnalysis]) -> LineChart:
 
 def _table(kind: str, both: Sequence[DerivativeAnalysis], rate: float, place: str) -> str:
     """Violations axis by axis: how many stretches, the worst, and where; nominal beside compensated."""
-    head = "".join(
-        f'<th class="n">{which}: past it</th><th class="n">at most</th><th class="n">s</th>'
-        f'<th class="n">{escape(place)}</th>'
+    heads = [
+        heading
         for which, _one in zip(_NAMES, both, strict=False)
-    )
-    rows = []
-    for k, axis in enumerate(both[0].axes):
-        for quantity, key in _LIMITS:
-            cells = "".join(_cells(one, np.abs(one.constraints(rate)[key][:, k]), kind) for one in both)
-            rows.append(f"<tr><td>{escape(axis)}</td><td>{quantity}</td>{cells}</tr>")
+        for heading in (f"{which}: stretches past it", "at most, times it", "s", place)
+    ]
+    rows = [
+        [
+            escape(axis),
+            quantity,
+            *(c for one in both for c in _cells(one, np.abs(one.constraints(rate)[key][:, k]), kind)),
+        ]
+        for k, axis in enumerate(both[0].axes)
+        for quantity, key in _LIMITS
+    ]
     total = ", ".join(f"{which} {len(one.violations(rate)):,}" for which, one in zip(_NAMES, both, strict=False))
     note = "" if kind != _CORNERED else f" {_SAMPLING}"
-    return (
-        f"<section><h2>Limits axis by axis, {escape(kind)} interpolation</h2><p>Stretches past a limit at ds/dt = {rate:g} "
-        f"rad/s: {total}. At most: times the limit, and where.{note}</p><div class='scroll'><table><thead><tr><th>axis</th>"
-        f"<th>limit</th>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div></section>"
-    )
+    words = f"<p>Stretches past a limit at ds/dt = {rate:g} rad/s: {total}.{note}</p>"
+    return section(f"Limits axis by axis, {kind} interpolation", words, table(("axis", "limit", *heads), rows, left=2))
 
 
-def _cells(one: DerivativeAnalysis, use: Array, kind: str) -> str:
+def _cells(one: DerivativeAnalysis, use: Array, kind: str) -> list[str]:
     worst = int(np.argmax(use))
     over = use > 1.0
     stretches = int(np.count_nonzero(over[1:] & ~over[:-1])) + int(over[0])
-    low = " low" if stretches and kind != _CORNERED else ""
+    marked = '<span class="low">{}</span>' if stretches and kind != _CORNERED else "{}"
     line = int(one.line[worst])
-    return (
-        f'<td class="n{low}">{stretches}</td><td class="n{low}">{number(float(use[worst]), 3)}</td>'
-        f'<td class="n">{number(float(one.s[worst]), 4, "rad")}</td><td class="n">{line if line else "–"}</td>'
-    )
+    return [
+        marked.format(stretches),
+        marked.format(number(float(use[worst]), 3)),
+        number(float(one.s[worst]), 4, "rad"),
+        str(line) if line else "–",
+    ]

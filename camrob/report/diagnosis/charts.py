@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.numbers import mm
-from camrob.report.page.html import plot_text
+from camrob.report.page.cloud import Cloud
 from camrob.report.page.pack import packed_floats
 from camrob.summaries.diagnosis_summary import GapFigures
 from camrob.units import m_to_mm
 
-__all__ = ["AFTER", "BEFORE", "NOISE", "error_charts", "noise_trace", "residual_chart", "space_charts"]
+__all__ = ["AFTER", "BEFORE", "NOISE", "error_charts", "noise_trace", "residual_chart", "space_clouds"]
 
 Chart = dict[str, Any]
 Array = NDArray[np.float64]
@@ -24,73 +24,48 @@ BEFORE, AFTER, NOISE = "#e08a1e", "#2f7fd1", "#7d8794"
 
 _POINTS = 2500  # as many as a screen is wide
 _MOST_LOGS = 6  # as many as one tells apart by colour
-_SCALE = [[0.0, "#2f7fd1"], [0.25, "#6cc3c0"], [0.5, "#f3d04f"], [0.75, "#ec7f2c"], [1.0, "#b3151c"]]
+_SCALE = ((0.0, "#2f7fd1"), (0.25, "#6cc3c0"), (0.5, "#f3d04f"), (0.75, "#ec7f2c"), (1.0, "#b3151c"))
+_EYE = (0.6, -0.8, 0.6)  # from the front and above
 _LONG = 7200.0  # s: from here on in hours
 _BINS = 60
 
 
-def space_charts(paths: Sequence[PathError], *, claimed: bool) -> list[Chart]:
+def space_clouds(paths: Sequence[PathError], *, claimed: bool) -> list[Cloud]:
     """The path in 3D coloured by the error before, and after where something is claimed, on one scale."""
+    picks = [_thin(len(p.t)) for p in paths]
+    known = bool(paths) and any(p.line.any() for p in paths)
+    points = _joined([m_to_mm(p.position[pick]) for p, pick in zip(paths, picks, strict=True)], (0, 3))
+    line = _joined([p.line[pick].astype(float) for p, pick in zip(paths, picks, strict=True)], (0,)).astype(np.int64)
+    source = np.repeat(np.arange(len(paths)), [len(pick) for pick in picks])
     before = [m_to_mm(np.linalg.norm(p.before, axis=1)) for p in paths]
     highest = max((float(np.quantile(b, 0.99)) for b in before), default=1.0)
-    scene = _box(np.concatenate([m_to_mm(p.position) for p in paths]) if paths else np.zeros((1, 3)))
-    out = []
-    for which, title in (("before", "Before"), ("after", "After, with the effects found taken away"))[
-        : 2 if claimed else 1
-    ]:
-        traces = [_coloured(p, getattr(p, which), highest, first=k == 0) for k, p in enumerate(paths)]
-        layout = {"height": 460, "showlegend": False, "margin": {"t": 30, "r": 0, "l": 0, "b": 0}, "scene": scene}
-        out.append({"id": f"space-{which}", "title": title, "traces": traces, "layout": layout})
-    return out
+    named = (("before", "Before"), ("after", "After, with the effects found taken away"))[: 2 if claimed else 1]
+    return [
+        Cloud(
+            f"space-{which}",
+            title,
+            points,
+            _joined([_size(getattr(p, which)[pick]) for p, pick in zip(paths, picks, strict=True)], (0,)),
+            0.0,
+            highest,
+            _SCALE,
+            "error",
+            _EYE,
+            line=line if known else None,
+            source=source,
+            sources=[p.log for p in paths],
+            height=440,
+        )
+        for which, title in named
+    ]
 
 
-def _coloured(path: PathError, error: Array, highest: float, *, first: bool) -> Chart:
-    pick = _thin(len(path.t))
-    xyz, size = m_to_mm(path.position[pick]), m_to_mm(np.linalg.norm(error[pick], axis=1))
-    bar = {"title": {"text": "error [mm]", "side": "right"}, "thickness": 14, "len": 0.8}
-    return {
-        "type": "scatter3d",
-        "mode": "markers",
-        "name": plot_text(path.log),
-        "x": packed_floats(xyz[:, 0]),
-        "y": packed_floats(xyz[:, 1]),
-        "z": packed_floats(xyz[:, 2]),
-        "customdata": [int(n) for n in path.line[pick]],
-        "marker": {
-            "size": 2.8,
-            "color": packed_floats(size),
-            "colorscale": _SCALE,
-            "cmin": 0.0,
-            "cmax": highest,
-            "showscale": first,
-            "colorbar": bar,
-            "line": {"width": 0},
-        },
-        "hovertemplate": "%{marker.color:.3f} mm"
-        + (", line %{customdata}" if path.line.any() else "")
-        + "<extra>"
-        + plot_text(path.log)
-        + "</extra>",
-    }
+def _size(error: Array) -> Array:
+    return m_to_mm(np.linalg.norm(error, axis=1))
 
 
-def _box(xyz: Array) -> Chart:
-    """The room around points (N, 3), mm, to scale; a flat path gets some height, or the camera would sit within it."""
-    lower, upper = xyz.min(axis=0), xyz.max(axis=0)
-    longest = max(float((upper - lower).max()), 1.0)
-    half = 0.55 * np.maximum(upper - lower, 0.2 * longest)
-    middle = 0.5 * (lower + upper)
-    axes = {
-        f"{name}axis": {
-            "title": {"text": f"{name} [mm]"},
-            "range": [float(m - h), float(m + h)],
-            "nticks": 4 if h < half.max() / 2 else 6,
-        }
-        for name, m, h in zip("xyz", middle, half, strict=True)
-    }
-    # as large as a cube of edges 1, which the camera just sees whole
-    ratio = dict(zip("xyz", (1.45 * half / np.linalg.norm(half)).tolist(), strict=True))
-    return {"aspectmode": "manual", "aspectratio": ratio, **axes}
+def _joined(parts: Sequence[Array], empty: tuple[int, ...]) -> Array:
+    return np.concatenate(parts) if parts else np.zeros(empty)
 
 
 def _thin(count: int) -> NDArray[np.int64]:

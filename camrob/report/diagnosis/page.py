@@ -7,7 +7,7 @@ from typing import Any
 
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.bars import place_charts, shrink_charts
-from camrob.report.diagnosis.charts import error_charts, residual_chart, space_charts
+from camrob.report.diagnosis.charts import error_charts, residual_chart, space_clouds
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
 from camrob.report.diagnosis.sentences import (
@@ -22,6 +22,7 @@ from camrob.report.diagnosis.sentences import (
 from camrob.report.diagnosis.times import timing_section
 from camrob.report.diagnosis.to_do import to_do
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
+from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, page
 from camrob.report.page.parts import card_row, chart_box, section, table
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
@@ -42,7 +43,7 @@ _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
 def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
     """The page as text. paths: every log's errors, for the pictures."""
     claimed = any(not only_first(e) for e in summary.claimed)
-    space, along = space_charts(paths, claimed=claimed), error_charts(summary.gap, paths, claimed=claimed)
+    space, along = space_clouds(paths, claimed=claimed), error_charts(summary.gap, paths, claimed=claimed)
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
     stays, what = residual_chart(summary.gap, paths), "poses" if paths and all(p.poses for p in paths) else "path"
     body = "\n".join(
@@ -53,7 +54,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _unexplained(summary),
             _to_do(summary),
             _next(summary),
-            section(f"The {what}, coloured by the error", _pair(space), _space_caption(summary, claimed=claimed)),
+            section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
             section("Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, places[-2:])),
             _instrument(summary),
             _missing(summary),
@@ -68,8 +69,9 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             "show those. This page loads nothing and sends nothing.</footer></main>",
         ]
     )
-    charts = [*space, *places, *shrunk, *along, stays]
-    data = {"names": {}, "charts": [{k: c[k] for k in ("id", "traces", "layout")} | {"ruler": c["id"]} for c in charts]}
+    charts = [*places, *shrunk, *along, stays]
+    data = {"names": {}, "clouds": [cloud.data() for cloud in space]}
+    data["charts"] = [{k: c[k] for k in ("id", "traces", "layout")} | {"ruler": c["id"]} for c in charts]
     return page("diagnosis", body, data)
 
 
@@ -91,6 +93,11 @@ def _alone(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
 def _pair(charts: Sequence[Chart]) -> str:
     """Charts beside each other, as far as there is room."""
     cells = "".join(f"<div><h3>{escape(c['title'])}</h3>{_chart(c)}</div>" for c in charts)
+    return f'<div class="pair">{cells}</div>'
+
+
+def _clouds(clouds: Sequence[Cloud]) -> str:
+    cells = "".join(f"<div><h3>{escape(c.title)}</h3>{c.html()}</div>" for c in clouds)
     return f'<div class="pair">{cells}</div>'
 
 
@@ -157,7 +164,7 @@ def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
     scale = "No effect is claimed, so there is no picture of an after."
     if claimed:
         scale = f"Both pictures share one scale. Errors {withheld_text(summary)}: those behind the figures above."
-    return _caption(f"Nominal TCP in the measured frame, to scale. {scale}")
+    return _caption(f"Nominal TCP in the measured frame, to scale. Drag to turn it, or by the arrow keys. {scale}")
 
 
 def _instrument(summary: DiagnosisSummary) -> str:
@@ -195,7 +202,7 @@ def _causes(summary: DiagnosisSummary) -> str:
         cells = (f"{name}{axes}<br>{escape(sure(e.probability))} sure{what}", values, "<br>".join(map(escape, shrinks)))
         rows.append([*cells, rivals + refused])
     head = ("effect", "values", "rms without and with it", "would show nearly the same")
-    shown = table(head, rows, left=4, whole=True) if rows else "<p>No effect of the library is worth a line.</p>"
+    shown = table(head, rows, left=4) if rows else "<p>No effect of the library is worth a line.</p>"
     note = _caption(
         f"Bold: claimed. Sizes {withheld_text(summary)}. Alone: nothing else is fitted; added last: to all else that the best "
         "set holds. No effect is called more than 97 % sure: that is how often clear answers were right on simulated cells."
@@ -278,7 +285,7 @@ def _next(summary: DiagnosisSummary) -> str:
     ]
     alone = experiment is not None and ("unknown",) in experiment.rivals
     what = "shows of what is unexplained" if alone else "sets the rivals apart by"
-    shown = table(("run", what, "sigmas"), rows, whole=True) if rows else ""
+    shown = table(("run", what, "sigmas"), rows) if rows else ""
     written = None if experiment is None else experiment.written
     note = f"<p>Written as a checked program: {escape(written.file)}.</p>" if written else ""
     return section("Next experiment", f"<p>{escape(summary.next_experiment)}</p>", shown, note)

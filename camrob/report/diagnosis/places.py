@@ -56,8 +56,8 @@ def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
         for s in summary.where.lines[:_WORST]
     ]
     head = ("rms", "across the path", "along it")
-    stretches = table(("log", "stretch", *head), rows, left=2, whole=True)
-    lines = table(("log", "line by line", *head), single, left=2, whole=True) if single else ""
+    stretches = table(("log", "stretch", *head), rows, left=2)
+    lines = table(("log", "line by line", *head), single, left=2) if single else ""
     return section("Worst stretches", stretches, _changes(summary), lines)
 
 
@@ -97,7 +97,7 @@ def _numbers(summary: DiagnosisSummary) -> str:
             for name, (v, i) in values.items()
             if v is None or i is None or max(abs(v), *map(abs, i)) > 0.0
         ]
-        cells += f"<div>{table((title.lower(), 'how much (90 % of it)'), rows, whole=True)}</div>"
+        cells += f"<div>{table((title.lower(), 'how much (90 % of it)'), rows)}</div>"
     return section("Where, in numbers", f'<div class="pair wide">{cells}</div>')
 
 

@@ -93,7 +93,7 @@ def timing_section(summary: DiagnosisSummary) -> str:
         for lost in one.lost
     ]
     head = ("log", "program lines", "lost", "logged", "virtual controller", "as programmed", "what holds back")
-    stretches = table(head, rows, left=2, whole=True) if rows else ""
+    stretches = table(head, rows, left=2) if rows else ""
     stops = [
         [escape(one.log), str(s.line), *(escape(_s(v)) for v in (s.t_s, s.seconds, s.programmed_s)), escape(s.what)]
         for one in timings

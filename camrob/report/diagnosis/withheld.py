@@ -28,7 +28,7 @@ def sizes_table(summary: DiagnosisSummary) -> str:
         gone = 1.0 - compensable.rms_after_mm / max(compensable.rms_before_mm, 1e-12)
         rows.append(["<b>compensate</b>", "what a postprocessor can correct", sizes, "", "", escape(share(gone))])
     rows.append([noise_name(summary), "the floor", escape(mm(summary.gap.noise_mm)), "", "", ""])
-    return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 %)"), rows, left=2, whole=True)
+    return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 %)"), rows, left=2)
 
 
 def _sizes(shrunk: Shrunk | Together) -> list[str]:
@@ -111,4 +111,4 @@ def regimes_table(summary: DiagnosisSummary) -> str:
         '<p class="caption">Each regime in turn takes no part in the fit, and its gap is then predicted. The set of effects was '
         "chosen with all of them. Doubt: how far that prediction may be off, as the other samples can't say more.</p>"
     )
-    return table(head, rows, left=2, whole=True) + note
+    return table(head, rows, left=2) + note

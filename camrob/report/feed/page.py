@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.statements import Statement, statements_section
+from camrob.report.page.parts import TABLE, TABLE_END
+from camrob.report.page.statements import Statement, statements_section, statements_verdict
 from camrob.studies.weld_study import Scheme, WeldStudy
 from camrob.units import m_to_mm
 
@@ -120,13 +121,14 @@ def _equations(study: WeldStudy) -> tuple[Statement, ...]:
 
 def weld_report(cell: Cell, study: WeldStudy) -> str:
     """The page as text."""
-    charts = _charts(cell, study)
+    charts, said = _charts(cell, study), weld_statements(cell, study)
     body = "\n".join(
         [
             "<main>",
             f"<h1>Feed, time and torque on the weld seam</h1><p class='made'>{escape(cell.title)}; seam, limits and lengths as "
             "printed by Duong and others (2020); centres of mass, inertias and the torch's frame are assumed.</p>",
-            statements_section(weld_statements(cell, study)),
+            statements_verdict(said),
+            statements_section(said),
             _schemes(study.schemes),
             *(chart_section(chart) for chart in charts),
             _loads(cell, study),
@@ -154,10 +156,10 @@ def _schemes(schemes: Sequence[Scheme]) -> str:
                 f'<tr><td>{s.top:g} m/s</td><td>{name}</td><td class="n">{number(seconds, 4, "s")}</td>{cells}</tr>'
             )
     return (
-        "<section><h2>Times, and how far the limits are used</h2><table><thead><tr><th>top feed</th><th>profile</th>"
+        f"<section><h2>Times, and how far the limits are used</h2>{TABLE}<thead><tr><th>top feed</th><th>profile</th>"
         '<th class="n">time</th><th class="n">speed</th><th class="n">acceleration</th><th class="n">jerk</th></tr></thead>'
-        f'<tbody>{"".join(rows)}</tbody></table><p class="caption">The published profile with its own df/dt and d2f/dt2, at its '
-        "own points; the optima on a 10 times finer grid. Speed counts the programmed feed as a limit too.</p></section>"
+        f'<tbody>{"".join(rows)}</tbody>{TABLE_END}<p class="caption">The published profile with its own df/dt and '
+        "d2f/dt2, at its own points; the optima on a 10 times finer grid. Speed counts the programmed feed, too.</p></section>"
     )
 
 
@@ -170,8 +172,8 @@ def _loads(cell: Cell, study: WeldStudy) -> str:
         for c in study.loads
     )
     return (
-        "<section><h2>What the assumed masses do to the torques</h2><table><thead><tr><th>largest torque, Nm</th>"
-        f"{head}</tr></thead><tbody>{rows}</tbody></table></section>"
+        f"<section><h2>What the assumed masses do to the torques</h2>{TABLE}<thead><tr><th>largest torque, Nm</th>"
+        f"{head}</tr></thead><tbody>{rows}</tbody>{TABLE_END}</section>"
     )
 
 
@@ -184,8 +186,8 @@ def _tools(cell: Cell, study: WeldStudy) -> str:
         for c in study.tools
     )
     return (
-        '<section><h2>What the assumed torch does</h2><table><thead><tr><th>the torch\'s tip</th><th class="n">least constant '
-        f'feed that the limits admit</th>{head}</tr></thead><tbody>{rows}</tbody></table><p class="caption">Largest torques, '
+        f'<section><h2>What the assumed torch does</h2>{TABLE}<thead><tr><th>the torch\'s tip</th><th class="n">least constant '
+        f'feed that the limits admit</th>{head}</tr></thead><tbody>{rows}</tbody>{TABLE_END}<p class="caption">Largest torques, '
         f"Nm, at a constant {study.schemes[0].top:g} m/s with the masses as assumed.</p></section>"
     )
 
@@ -198,7 +200,7 @@ def _charts(cell: Cell, study: WeldStudy) -> tuple[LineChart, ...]:
     def joints(values: Array, x: Array) -> tuple[Curve, ...]:
         return tuple(Curve(name, x, values[:, k]) for k, name in enumerate(names))
 
-    along = "length along the seam, mm"
+    along = "length along the seam [mm]"
     feeds = []
     for s in study.schemes:
         feeds += [
@@ -211,18 +213,19 @@ def _charts(cell: Cell, study: WeldStudy) -> tuple[LineChart, ...]:
     rest = f"Along the optimum from rest to rest at {low.top:g} m/s."
     return (
         LineChart("position", "Joint positions (Figure 6)", "Radians, from the printed q0 adjusted to the seam's first point.",
-                  along, "rad", joints(study.fine.joints.q, fine)),
-        LineChart("speed", "Joint speeds (Figure 7)", rest, along, "rad/s", joints(motion.speed, length)),
-        LineChart("acceleration", "Joint accelerations (Figure 8)", rest, along, "rad/s²", joints(motion.acceleration, length)),
-        LineChart("jerk", "Joint jerks (Figure 9)", rest, along, "rad/s³", joints(motion.jerk, length)),
-        LineChart("error", "Position error of the torch's tip (Figure 10)", "At the paper's own points.", along, "mm",
+                  along, "angle [rad]", joints(study.fine.joints.q, fine)),
+        LineChart("speed", "Joint speeds (Figure 7)", rest, along, "speed [rad/s]", joints(motion.speed, length)),
+        LineChart("acceleration", "Joint accelerations (Figure 8)", rest, along, "acceleration [rad/s²]",
+                  joints(motion.acceleration, length)),
+        LineChart("jerk", "Joint jerks (Figure 9)", rest, along, "jerk [rad/s³]", joints(motion.jerk, length)),
+        LineChart("error", "Position error of the torch's tip (Figure 10)", "At the paper's own points.", along, "error [mm]",
                   (Curve("error", m_to_mm(study.points.s), m_to_mm(study.points.error)),)),
         LineChart("feed", "Feed (Figure 12 by its caption, 11 by the text)",
-                  "The published scheme takes each point by itself, or a step a point; the optimum slows in time.", along, "m/s",
-                  tuple(feeds)),
+                  "The published scheme takes each point by itself, or a step a point; the optimum slows in time.", along,
+                  "feed [m/s]", tuple(feeds)),
         LineChart("bound", "Constant feed that each limit admits", "The published scheme stops at the lowest of the three, or "
-                  "at f_max.", along, "m/s", bound, True),
-        LineChart("torque", "Joint torques (Figure 11 by its caption, 12 by the text)", rest, along, "Nm",
+                  "at f_max.", along, "feed [m/s]", bound, True),
+        LineChart("torque", "Joint torques (Figure 11 by its caption, 12 by the text)", rest, along, "torque [Nm]",
                   joints(study.torques.total, length)),
-        LineChart("gravity", "Gravity's part of the torques", rest, along, "Nm", joints(study.torques.gravity, length)),
+        LineChart("gravity", "Gravity's part of the torques", rest, along, "torque [Nm]", joints(study.torques.gravity, length)),
     )  # fmt: skip

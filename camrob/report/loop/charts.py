@@ -94,27 +94,32 @@ def _figure_5(study: TrackerStudy) -> tuple[LineChart, ...]:
             "five-a",
             "Square, linear errors without correction (Figure 5 a)",
             seen,
-            "time, s",
-            "mm",
+            "time [s]",
+            "error [mm]",
             curves(plain, mm, 0),
         ),
         LineChart(
-            "five-b", "Square, linear errors with correction (Figure 5 b)", on, "time, s", "mm", curves(switched, mm, 0)
+            "five-b",
+            "Square, linear errors with correction (Figure 5 b)",
+            on,
+            "time [s]",
+            "error [mm]",
+            curves(switched, mm, 0),
         ),
         LineChart(
             "five-c",
             "Square, errors of rotation without correction (Figure 5 c)",
             seen,
-            "time, s",
-            "deg",
+            "time [s]",
+            "error [deg]",
             curves(plain, deg, 3),
         ),
         LineChart(
             "five-d",
             "Square, errors of rotation with correction (Figure 5 d)",
             on,
-            "time, s",
-            "deg",
+            "time [s]",
+            "error [deg]",
             curves(switched, deg, 3),
         ),
     )
@@ -149,8 +154,8 @@ def _figure_6(study: TrackerStudy) -> LineChart:
         "Circle with amplified errors (Figure 6)",
         f"Deviations {_AMPLIFIED:.0f} times as large; dotted rings are 0.2 mm apart. As the tracker sees it, "
         f"averaged over {_SAMPLES} cycles.",
-        "x, mm",
-        "y, mm",
+        "x [mm]",
+        "y [mm]",
         curves,
     )
 
@@ -168,8 +173,8 @@ def _figure_7(study: TrackerStudy) -> LineChart:
         "Circle, absolute path errors (Figure 7)",
         "In truth, without the tracker's noise. With the published law an even deviation is left: the lag's direction turns with "
         f"the path, and the loop follows {study.case.law.cycle_s / study.case.law.gain:g} s (cycle / K) behind it.",
-        "way along the circle, mm",
-        "mm",
+        "way along the circle [mm]",
+        "deviation [mm]",
         tuple(curves),
     )
 
@@ -190,7 +195,7 @@ def _gain(study: TrackerStudy) -> LineChart:
         "Root mean square of the tool's distance to its set-point, from the runs without correction alone. Chosen: "
         f"{c.chosen:g}, the least within the bounds on peak and margin.",
         "gain K",
-        "mm",
+        "distance, rms [mm]",
         curves,
         True,
     )
@@ -209,7 +214,7 @@ def _laps(study: TrackerStudy) -> LineChart:
         "Root mean square of the tool's distance to its set-point. Lap 0 has learned nothing yet. The published law learns "
         "down to its own bias: the measurement is compared with a later set-point.",
         "lap",
-        "mm",
+        "distance, rms [mm]",
         tuple(curves),
         True,
     )
@@ -241,8 +246,8 @@ def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
         "corner",
         "At the square's first corner",
         "Distance from the set-point, in truth.",
-        "time from the corner, s",
-        "mm",
+        "time from the corner [s]",
+        "distance [mm]",
         curves(corner, "square"),
     )
     if not turns:
@@ -255,8 +260,8 @@ def _close(study: TrackerStudy) -> tuple[LineChart, ...]:
             "reversal",
             f"Where {joints} turn round on the circle",
             "Deviation from the circle, outwards up, in truth.",
-            "time from the reversal, s",
-            "mm",
+            "time from the reversal [s]",
+            "error [mm]",
             curves(turn.cycle, "circle"),
         ),
     )

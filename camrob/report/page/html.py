@@ -17,14 +17,14 @@ from camrob.report.page.pack import PackedArray
 from camrob.report.words import shown_duration
 from camrob.text import printable
 
-__all__ = ["data_block", "duration", "escape", "number", "page", "plot_text"]
+__all__ = ["data_block", "duration", "escape", "number", "page", "plot_text", "prose"]
 
 _PACKED_FROM = 4_000  # characters: below, packing saves nothing that is felt
 _EFFORT = 6  # of gzip: 9 takes three times as long for 1 % less
-_BASIC = {"scatter", "bar", "pie"}  # what plotly's small bundle draws
 _SECTIONS = 4  # from so many on a page has contents
 _SECTION = re.compile(r"<section><h2>(.*?)</h2>")
 _BELOW_VERDICT = re.compile(r'<section|<div class="cards')
+_SYMBOL = re.compile(r"\b([khpW])_(F|cond|jnt)\b")  # those of the method, as plain text has them
 _JSON_ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}
 
 
@@ -35,9 +35,14 @@ def escape(value: object) -> str:
     return html.escape(printable(value), quote=True)
 
 
+def prose(value: object) -> str:
+    """Text for HTML as `escape` makes it, with the method's symbols as they are printed: k_F with a subscript."""
+    return _SYMBOL.sub(r"\1<sub>\2</sub>", escape(value))
+
+
 def plot_text(value: object) -> str:
     """Text for a chart. Plotly reads a little HTML and %{...} in its labels: neither survives."""
-    return html.escape(printable(value).replace("%{", "% {"), quote=False)
+    return _SYMBOL.sub(r"\1<sub>\2</sub>", html.escape(printable(value).replace("%{", "% {"), quote=False))
 
 
 def number(value: object, decimals: int = 1, unit: str = "") -> str:
@@ -108,17 +113,9 @@ def _asset(name: str) -> str:
 
 def _libraries(data: Mapping[str, Any]) -> dict[str, tuple[str, bytes]]:
     """What the page draws with: the script of each library, and the same packed."""
-    charts = data.get("charts") or ()
     wanted = {}
-    if charts:
-        kinds = {trace["type"] for chart in charts for trace in chart["traces"]}
-        if kinds <= _BASIC:
-            wanted["plotly"] = _vendored("plotly-basic.min.js.gz")
-        else:
-            from plotly.offline import get_plotlyjs  # 0.3 s: only for pages with maps or clouds of points
-
-            whole = get_plotlyjs()
-            wanted["plotly"] = whole, _gzip(whole.encode())
+    if data.get("charts"):
+        wanted["plotly"] = _vendored("plotly-basic.min.js.gz")
     if data.get("scene"):
         wanted["three"] = _vendored("three.min.js.gz")
     return wanted
@@ -156,11 +153,12 @@ def _with_contents(body: str) -> str:
 
 def page(title: str, body: str, data: Mapping[str, Any]) -> str:
     """A whole HTML page. `body` is HTML; `data` is what its scripts read, block by block, under each key as an id: `charts`
-    for page.js, `scene` for player.js. Libraries come packed, and only those that are drawn with.
+    for page.js, `clouds` for cloud.js, `scene` for player.js. Libraries come packed, and only those that are drawn with.
     """
     libraries = _libraries(data)
     player = ("player_stock.js", "player.js") if data.get("scene") else ()
-    own = [_asset(name) for name in ("page.js", *player, "start.js")]
+    cloud = ("cloud.js",) if data.get("clouds") else ()
+    own = [_asset(name) for name in ("page.js", *cloud, *player, "start.js")]
     for script in own:
         if "</script" in script.lower() or "\r" in script:
             raise ValueError("a script of the page can't be embedded: it holds a closing tag or a carriage return")

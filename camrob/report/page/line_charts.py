@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.report.page.html import plot_text
 from camrob.report.page.parts import chart_box
 
-__all__ = ["Curve", "LineChart", "chart_data", "chart_section"]
+__all__ = ["Curve", "LineChart", "chart_data", "chart_pair", "chart_section"]
 
 Array = NDArray[np.float64]
 
@@ -56,6 +56,12 @@ def chart_section(chart: LineChart) -> str:
         f"<section><h2>{chart.title}</h2>{chart_box(chart.id, chart.title, _HEIGHT)}"
         f'<p class="caption">{chart.caption}</p></section>'
     )
+
+
+def chart_pair(charts: Sequence[LineChart]) -> str:
+    """Charts side by side, below each other where there is no room."""
+    parts = "".join(f"<div><h3>{c.title}</h3>{chart_box(c.id, c.title, _HEIGHT)}</div>" for c in charts)
+    return f'<div class="pair wide">{parts}</div>'
 
 
 def _data(chart: LineChart) -> dict[str, Any]:

@@ -68,6 +68,7 @@ function camrobCharts(names, onPick) {
   };
 
   // ---- charts along the path
+  const every = []; // with those whose x is no length or time that others share
   const drawn = [];
   let zooming = false;
 
@@ -103,11 +104,12 @@ function camrobCharts(names, onPick) {
     });
     chart.layout.template = theme();
     return Plotly.newPlot(element, chart.traces, chart.layout, config).then(() => {
+      every.push({ element, recolor: () => (maps.length ? { images: images(maps, ends) } : {}) });
       if (chart.own) return; // its x is no length or time that the others share
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
       const lines = xs.map(() => element.appendChild(document.createElement("div")));
       lines.forEach((line) => { line.className = "cursor"; });
-      const own = { element, xs, lines, ruler: chart.ruler || "", recolor: () => ({ images: images(maps, ends) }) };
+      const own = { element, xs, lines, ruler: chart.ruler || "" };
       drawn.push(own);
       element.on("plotly_relayout", (change) => sameZoom(element, change));
       element.on("plotly_afterplot", () => markIn(own));
@@ -162,8 +164,23 @@ function camrobCharts(names, onPick) {
     drawn.forEach(markIn);
   }
 
+  // paper is narrower than the screen: a chart shrinks as a picture, in the frame that it was drawn in
+  function frame() {
+    every.forEach(({ element }) => {
+      const { width, height } = element._fullLayout;
+      element.querySelectorAll(".main-svg").forEach((svg) => svg.setAttribute("viewBox", `0 0 ${width} ${height}`));
+      [element, element.querySelector(".svg-container")].forEach((box) => { box.style.aspectRatio = width + "/" + height; });
+    });
+  }
+  function unframe() {
+    every.forEach(({ element }) => {
+      element.querySelectorAll(".main-svg").forEach((svg) => svg.removeAttribute("viewBox"));
+      [element, element.querySelector(".svg-container")].forEach((box) => { box.style.aspectRatio = ""; });
+    });
+  }
+
   return {
-    draw: drawChart, mark, place,
-    recolor: () => drawn.forEach(({ element, recolor }) => Plotly.relayout(element, { template: theme(), ...recolor() })),
+    draw: drawChart, mark, place, frame, unframe,
+    recolor: () => every.forEach(({ element, recolor }) => Plotly.relayout(element, { template: theme(), ...recolor() })),
   };
 }

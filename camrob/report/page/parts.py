@@ -7,13 +7,29 @@ from collections.abc import Mapping, Sequence
 from html import unescape
 from typing import Any
 
-from camrob.report.page.html import escape
+from camrob.report.page.html import escape, prose
 
-__all__ = ["card_row", "chart_box", "chart_place", "figure", "section", "table", "verdict_bar"]
+__all__ = [
+    "TABLE",
+    "TABLE_END",
+    "card_row",
+    "chart_box",
+    "chart_place",
+    "chooser",
+    "figure",
+    "framed",
+    "section",
+    "table",
+    "verdict_bar",
+]
+
+TABLE, TABLE_END = '<div class="scroll whole"><table>', "</table></div>"
+"""A table's begin and end, for those that are written cell by cell: it scrolls where it is wider than the page."""
 
 _TAG = re.compile(r"<[^>]*>")
 _LONGEST_NUMBER = 26  # characters as read: a number with its unit and its spread, such as "-1,234.567 ± 0.123 mm/s"
 _LONGEST_RANGE = 44  # of a cell that begins as a number, such as "0.368 mm (0.319 mm to 0.425 mm)"
+_WHOLE = 40  # rows: so many are shown at once, where more are scrolled through
 _BEGINS_AS_NUMBER = re.compile(r"(under |over )?[-−+±]?\d")
 
 
@@ -27,20 +43,42 @@ def section(title: str, *parts: str) -> str:
     return f"<section><h2>{escape(title)}</h2>{''.join(parts)}</section>"
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1, whole: bool = False) -> str:
-    """A table of HTML cells; the first `left` columns are words, the others numbers. whole: shown in its full height.
+def framed(table: str, *, whole: bool = True) -> str:
+    """A table (HTML) in a frame that scrolls where it is wider than the page, or higher than a screen unless `whole`."""
+    return f'<div class="scroll{" whole" if whole else ""}">{table}</div>'
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, left: int = 1) -> str:
+    """A table of HTML cells; the first `left` columns are words, the others numbers. Many rows are scrolled through.
 
     Words in a number's place, such as why there is none, run on in lines: unbroken they would push the rest off the page.
     """
     columns = [[_shown_as(row[k]) for row in rows] for k in range(len(headings))]
     sort = ["text" if k < left or ("text" in cells and "n" not in cells) else "n" for k, cells in enumerate(columns)]
-    head = "".join(f'<th class="{s if s == "n" else ""}">{escape(h)}</th>' for s, h in zip(sort, headings, strict=True))
+    head = "".join(f'<th class="{s if s == "n" else ""}">{prose(h)}</th>' for s, h in zip(sort, headings, strict=True))
     body = "".join(
         "<tr>" + "".join(f'<td class="{_class_of(s, c)}">{c}</td>' for s, c in zip(sort, row, strict=True)) + "</tr>"
         for row in rows
     )
-    frame = '"scroll whole"' if whole else '"scroll" tabindex="0"'  # to be scrolled by keys, too
-    return f"<div class={frame}><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    return framed(f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>", whole=len(rows) <= _WHOLE)
+
+
+def chooser(
+    title: str, lists: Mapping[str, Sequence[str]], choices: Mapping[tuple[str, ...], str], note: str = ""
+) -> str:
+    """A section of which one part is shown at a time. lists: of each list its name and its words; choices: the part (HTML) of
+    a word of each list; note: HTML.
+    """
+    picked = "".join(
+        f"<label>{escape(name)} <select>"
+        + "".join(f"<option>{escape(word)}</option>" for word in words)
+        + "</select></label>"
+        for name, words in lists.items()
+    )
+    parts = "".join(
+        f'<div class="choice" data-choice="{escape(" ".join(words))}">{html}</div>' for words, html in choices.items()
+    )
+    return section(title, f'<div class="choose">{picked}</div>', parts, note)
 
 
 def _shown_as(cell: str) -> str:
@@ -61,8 +99,8 @@ def _plain(html: str) -> str:
 def card_row(cards: Sequence[tuple[str, str, str]]) -> str:
     """Cards: what (text), value (HTML), note (text)."""
     items = "".join(
-        f'<div class="card"><div class="what">{escape(what)}</div><div class="value">{value}</div>'
-        f'<div class="note">{escape(note)}</div></div>'
+        f'<div class="card"><div class="what">{prose(what)}</div><div class="value">{value}</div>'
+        f'<div class="note">{prose(note)}</div></div>'
         for what, value, note in cards
     )
     return f'<div class="cards">{items}</div>'

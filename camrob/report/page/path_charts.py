@@ -37,17 +37,24 @@ _ALIKE = 5e-4  # of 1/k_F: curves that near are one line
 
 @dataclass(frozen=True, slots=True)
 class Along:
-    """What every chart shares: the way along the path in mm (N,), CL line (N,), region (N,), and the regions' names."""
+    """What every chart shares: the way along the path in mm (N,), CL line (N,), region (N,), the regions' names, and which
+    points are the CL file's own (N,).
+    """
 
     s_mm: Array
     line: NDArray[np.int64]
     region: NDArray[np.int32]
     names: Mapping[int, str]
+    own: NDArray[np.bool_]
 
     @classmethod
     def of(cls, path: ToolPathInBase, names: Mapping[int, str]) -> Along:
         """The shared part of a path's charts."""
-        return cls(m_to_mm(path.length), path.line, path.region, names)
+        return cls(m_to_mm(path.length), path.line, path.region, names, path.of_toolpath)
+
+    def at(self, points: NDArray[np.int64]) -> Along:
+        """The same at some of the points."""
+        return Along(self.s_mm[points], self.line[points], self.region[points], self.names, self.own[points])
 
     def runs(self) -> list[tuple[int, int, int]]:
         """Runs of points of one region, travel between regions left out: (region, first, last)."""
@@ -214,14 +221,15 @@ def _threshold_note(threshold: float) -> Chart:
         "yanchor": "middle",
         "text": f" threshold {threshold:g}",
         "showarrow": False,
-        "font": {"size": 11, "color": _LIMIT},
+        "font": {"size": 11},
     }
 
 
 def _minimum_note(along: Along, solution: Solution) -> list[Chart]:
     if not len(solution):
         return []
-    worst = int(np.argmin(solution.inv_kf))
+    counted = along.own if along.own.any() else np.ones(len(solution), np.bool_)
+    worst = int(np.argmin(np.where(counted, solution.inv_kf, np.inf)))
     share = float(along.s_mm[worst]) / max(float(along.s_mm[-1]), 1e-9)
     where = f", CL line {along.line[worst]}" if along.line[worst] > 0 else ""
     return [
@@ -278,6 +286,7 @@ def _subplots(cell: Cell, along: Along, values: Mapping[str, Array], *, columns:
             "domain": [top - tall, top],
             "anchor": f"x{axes}",
             "title": {"text": f"{name} [{unit}]"},
+            "tickformat": ",~f",
             "zeroline": False,
         }
         layout[f"yaxis{axes}"] = y_axis
@@ -287,7 +296,7 @@ def _subplots(cell: Cell, along: Along, values: Mapping[str, Array], *, columns:
             y_axis["range"] = [lower - pad, upper + pad]
             layout["shapes"] += _forbidden(lower, upper, pad, axes)
             margin = float(np.min(np.minimum(y - lower, upper - y))) if len(y) else 0.0
-            text = f"{name}: {lower:g} to {upper:g}{mark}, closest {margin:.1f}{mark} from a limit".replace("-", "−")
+            text = f"{name}: {lower:,g} to {upper:,g}{mark}, closest {margin:,.1f}{mark} from a limit".replace("-", "−")
         notes.append(_heading(text, axes))
     layout["annotations"] = notes
     layout["margin"] = {"t": 48, "r": 20, "l": 70, "b": 50}

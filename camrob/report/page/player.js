@@ -128,7 +128,7 @@ function camrobPlayer(scene, place, mark) {
   const gone = new THREE.LineSegments2(thick, new THREE.LineMaterial({ vertexColors: true, linewidth: 3, worldUnits: false }));
   gone.frustumCulled = whole.frustumCulled = false;
   base.add(whole, gone);
-  const tip = new THREE.Mesh(new THREE.SphereGeometry(1, 12, 8), new THREE.MeshBasicMaterial({ color: "#111" }));
+  const tip = new THREE.Mesh(new THREE.SphereGeometry(1, 12, 8), new THREE.MeshBasicMaterial({ color: camrobColor("--text") }));
   base.add(tip);
 
   // ---- where it is
@@ -267,7 +267,17 @@ function camrobPlayer(scene, place, mark) {
     camera.position.copy(middle).addScaledVector(eye, size / (2 * Math.tan(0.5 * camera.fov * Math.PI / 180)));
     controls.update(); touch();
   }
-  const seeCell = () => see(low.clone().add(high).multiplyScalar(0.5), 0.95 * high.distanceTo(low), look);
+  // as near as the room that is shown, box and all, fits
+  function seeCell() {
+    const middle = low.clone().add(high).multiplyScalar(0.5), to = look.clone().normalize();
+    const right = new THREE.Vector3(0, 0, 1).cross(to).normalize(), up = to.clone().cross(right), tall = Math.tan(0.5 * camera.fov * Math.PI / 180);
+    let away = 0;
+    for (let n = 0; n < 8; n++) {
+      p.set(n & 1 ? high.x : low.x, n & 2 ? high.y : low.y, n & 4 ? high.z : low.z).sub(middle);
+      away = Math.max(away, p.dot(to) + Math.max(Math.abs(p.dot(up)) / tall, Math.abs(p.dot(right)) / (tall * camera.aspect)));
+    }
+    see(middle, 2 * tall * away, look.clone().normalize());
+  }
   function seePart() {
     show(); // frames of now
     const a = new THREE.Vector3(Infinity, Infinity, Infinity), b = a.clone().negate();
@@ -318,5 +328,5 @@ function camrobPlayer(scene, place, mark) {
   const speed = get("speed");
   speed.value = ["1", "2", "5", "10", "20", "50", "100"].find((v) => end / Number(v) <= 60) || "100";
   resize(); seeCell(); requestAnimationFrame(frame);
-  return { goToLength, recolor: () => { dirty = true; } };
+  return { goToLength, recolor: () => { tip.material.color.set(camrobColor("--text")); dirty = true; } };
 }

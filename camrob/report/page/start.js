@@ -28,8 +28,14 @@
   const names = (await block("names")) || {};
   const scene = await block("scene");
   const charts = (await block("charts")) || [];
+  const clouds = ((await block("clouds")) || []).map((cloud) => camrobCloud(cloud));
   let player = null;
   const drawn = camrobCharts(names, (x) => { if (player) player.goToLength(x); });
+  const recolor = () => { drawn.recolor(); clouds.forEach((cloud) => cloud.draw()); if (player) player.recolor(); };
+  // paper is white, whatever the screen is
+  const paper = (on) => { document.documentElement.classList.toggle("paper", on); recolor(); if (on) drawn.frame(); else drawn.unframe(); };
+  addEventListener("beforeprint", () => paper(true)); // before the player's own, which copies its picture
+  addEventListener("afterprint", () => paper(false));
   if (scene) {
     try {
       player = camrobPlayer(scene, drawn.place, drawn.mark);
@@ -37,7 +43,33 @@
       document.getElementById("view").textContent = "The 3D view can't be drawn here: " + error.message;
     }
   }
-  for (const chart of charts) await drawn.draw(chart);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { drawn.recolor(); if (player) player.recolor(); });
+  // of charts that one chooses from, those chosen; the others when they are
+  const waiting = new Map();
+  for (const chart of charts) {
+    const choice = document.getElementById(chart.id).closest(".choice");
+    if (choice) waiting.set(choice, [...(waiting.get(choice) || []), chart]); else await drawn.draw(chart);
+  }
+  for (const chooser of document.querySelectorAll(".choose")) {
+    const lists = [...chooser.querySelectorAll("select")], choices = [...chooser.parentElement.querySelectorAll(".choice")];
+    const chosen = async () => {
+      const wanted = lists.map((list) => list.value).join(" ");
+      for (const choice of choices) {
+        choice.hidden = choice.dataset.choice !== wanted;
+        if (choice.hidden) continue;
+        const first = waiting.get(choice) || [];
+        waiting.delete(choice);
+        for (const chart of first) await drawn.draw(chart);
+      }
+    };
+    lists.forEach((list) => list.addEventListener("change", chosen));
+    await chosen();
+  }
+  // tables that scroll can be scrolled by keys
+  const reach = () => document.querySelectorAll(".scroll").forEach((frame) => {
+    frame.tabIndex = frame.scrollWidth > frame.clientWidth || frame.scrollHeight > frame.clientHeight ? 0 : -1;
+  });
+  reach();
+  addEventListener("resize", reach);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolor);
   document.body.dataset.ready = "1";
 })();

@@ -57,7 +57,7 @@ def _trials(summary: PlaceSummary) -> str:
         '<p class="caption">Followed by the published method on a thinned path. The bounds are what the best postures at each '
         "place would give: they rank the placements, the trials decide. 1/k<sub>F</sub>: 0 is singular, 1 ideal.</p>"
     )
-    return section("What was tried", table(heads, rows, whole=True), note)
+    return section("What was tried", table(heads, rows), note)
 
 
 def _figures(placement: Placement) -> list[str]:
@@ -86,4 +86,4 @@ def _refused(summary: PlaceSummary) -> str:
     if not summary.refused:
         return ""
     rows = [[escape(reason), number(count, 0)] for reason, count in summary.refused.items()]
-    return section("Refused", table(("why", "placements"), rows, whole=True))
+    return section("Refused", table(("why", "placements"), rows))

@@ -39,7 +39,8 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{_DRAWN * width:.0f}" viewBox="0 0 {width:.0f} {height:.0f}" '
         f'style="max-width:100%;height:auto" font-family="sans-serif" font-size="11" role="img" aria-label="{escape(title)}: '
         'what each placement is worth, over X and Y">',
-        f'<rect width="100%" height="100%" fill="#fff"/><text x="10" y="20" font-size="14">{escape(title)}</text>',
+        f'<rect class="ground" width="100%" height="100%" fill="#fff"/>'
+        f'<g fill="currentColor"><text x="10" y="20" font-size="14">{escape(title)}</text>',  # in a page, of its colours
     ]
     for k, z in enumerate(zs):
         left = _LEFT + k * panel
@@ -58,7 +59,7 @@ def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, ref
     out.append(_label(10.0, below + 16.0, marks, "start"))
     for k, (reason, count) in enumerate(tally):
         out.append(_label(10.0, below + 16.0 * (k + 2), f"{count} refused: {reason}", "start"))
-    return "\n".join([*out, "</svg>", ""])
+    return "\n".join([*out, "</g></svg>", ""])
 
 
 def _label(x: float, y: float, text: str, anchor: str) -> str:

@@ -146,7 +146,7 @@ def torque_section(torques: Torques | None) -> str:
 
 def torque_chart(cell: Cell, along: Along, sampled: NDArray[np.int64], torques: JointTorques) -> Chart | None:
     """Torques at the points `sampled`, gravity's part dotted; None where the cell has no masses."""
-    here = Along(along.s_mm[sampled], along.line[sampled], along.region[sampled], along.names)
+    here = along.at(sampled)
     traces: list[Chart] = []
     shown = np.flatnonzero(np.abs(torques.total).max(axis=0, initial=0.0) > 0.0)
     turning = [k for k in shown.tolist() if not cell.joints[k].prismatic]

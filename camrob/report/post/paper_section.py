@@ -38,8 +38,9 @@ def paper_statements(
     cutting = np.asarray(path.cutting)
     if solution.method != "vjm" or not cutting.any():
         return ()
-    kept = np.asarray(solution.inv_kf)[cutting]
-    rivals = {name: np.asarray(kf)[cutting] for name, kf in others.items()}
+    own = path.of_toolpath  # as in the summary, so that the page has one mean and one lowest
+    kept = np.asarray(solution.inv_kf)[own]
+    rivals = {name: np.asarray(kf)[own] for name, kf in others.items()}
     about = () if found is None else _about_weights(cell, path, found, kept)
     return (
         _reasonable(cell, kept),
@@ -54,7 +55,7 @@ def _reasonable(cell: Cell, kept: Array) -> Statement:
     below = 100.0 * float(np.mean(kept < threshold))
     return Statement(
         "1/k_F is maintained at reasonable values while all joints are between the allowable limits (section 4, Figure 10).",
-        f"{_mean_and_lowest(kept)} while cutting; {below:.1f} % of the points lie below {threshold:g}. No joint passes a limit: "
+        f"{_mean_and_lowest(kept)}; {below:.1f} % of the points lie below {threshold:g}. No joint passes a limit: "
         "else nothing would be released.",
         "holds" if below == 0.0 else "unclear",
     )

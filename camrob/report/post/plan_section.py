@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from camrob.report.page.html import escape, number
+from camrob.report.page.html import escape, number, prose
+from camrob.report.page.parts import table
 from camrob.summaries.post_summary import AccuracyFigures, PlanFigures, PlanOnCurve, PriceBound
 
 __all__ = ["bound_text", "gap_text", "plan_section", "travel_unit"]
@@ -64,7 +65,7 @@ def plan_section(plan: PlanFigures | None) -> str:
         f"Taken: <b>{escape(plan.chosen)}</b>, by this rule: {escape(plan.rule)}. The bound is the best that any "
         f"posture found reaches at each point, {number(plan.bound_mean, 3)} in the mean and "
         f"{number(plan.bound_min, 3)} at its lowest; the chart of 1/k<sub>F</sub> shows both along the path. "
-        f"Over what is cut, {escape(gap_text(plan))}."
+        f"Over what is cut, {prose(gap_text(plan))}."
         f"{'' if plan.proved is None else f' Proved: {escape(bound_text(plan.proved))}.'}"
     )
     return (
@@ -118,25 +119,31 @@ def _picture(curve: Sequence[PlanOnCurve], key: str, chosen: int) -> str:
     out.append(
         f'<text x="12" y="{0.5 * _HEIGHT:.1f}" transform="rotate(-90 12 {0.5 * _HEIGHT:.1f})" text-anchor="middle">'
     )
-    return "".join([*out, "mean 1/k_F, % of bound</text></svg>"])
+    return "".join(
+        [*out, 'mean 1/k<tspan font-size="9" dy="3">F</tspan><tspan dy="-3">, % of bound</tspan></text></svg>']
+    )
 
 
 def _curve_table(curve: Sequence[PlanOnCurve], keys: Sequence[str], chosen: int) -> str:
-    heads = "".join(f"<th>{escape(axis)} {escape(unit)}</th>" for axis, unit in map(travel_unit, keys))
+    heads = ["plan", "1/k_F mean", "lowest", "% of bound", *(f"{axis} {unit}" for axis, unit in map(travel_unit, keys))]
     looks = any(p.error_mm is not None for p in curve)
-    heads += "<th>expected error, mm rms</th>" if looks else ""
-    rows = []
-    for k, p in enumerate(curve):
-        mark = "&#9679; " if k == chosen else ""
-        moved = "".join(f"<td>{number(p.travel.get(key), 0)}</td>" for key in keys)
-        moved += f"<td>{number(p.error_mm, 3)}</td>" if looks else ""
-        share = 100.0 * p.share_of_bound
-        cells = f"<td>{number(p.inv_kf_mean, 3)}</td><td>{number(p.inv_kf_min, 3)}</td><td>{number(share, 2)}</td>"
-        rows.append(f"<tr><td>{mark}{escape(p.name)}</td>{cells}{moved}</tr>")
-    return (
-        "<table><thead><tr><th>plan (&#9679; taken)</th><th>1/k<sub>F</sub> mean</th><th>lowest</th><th>% of bound</th>"
-        f"{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    rows = [
+        [
+            f"{'&#9679; ' if k == chosen else ''}{escape(p.name)}",
+            number(p.inv_kf_mean, 3),
+            number(p.inv_kf_min, 3),
+            number(100.0 * p.share_of_bound, 2),
+            *(number(round(p.travel.get(key, 0.0), 1), 1) for key in keys),
+            *([number(p.error_mm, 3)] if looks else []),
+        ]
+        for k, p in enumerate(curve)
+    ]
+    words = (
+        '<p class="caption">&#9679; is taken. Still: table and track stand while it cuts; flowing: their travel costs nothing; '
+        "x and a number: it costs so many times what the cell says. Let go: a plan that began still, and moves where that "
+        "pays.</p>"
     )
+    return table([*heads, *(["expected error, mm rms"] if looks else [])], rows) + words
 
 
 def _terms(plan: PlanFigures) -> str:
@@ -144,13 +151,9 @@ def _terms(plan: PlanFigures) -> str:
     rows = []
     for name, value in plan.terms.items():
         share = 100.0 * plan.shares[name]
-        bar = f'<div style="background:#2f7fd1;height:9px;width:{2.0 * share:.1f}px"></div>'
-        figures = f"<td>{number(value, 3)}</td><td>{number(share, 1)}</td><td>{bar}</td>"
-        rows.append(f"<tr><td>{escape(name.replace('_', ' '))}</td>{figures}</tr>")
-    return (
-        "<table><thead><tr><th>term of the objective</th><th>price, m of cutting</th><th>%</th><th></th></tr></thead>"
-        f"<tbody>{''.join(rows)}</tbody></table>"
-    )
+        bar = f'<div class="share" style="width:{2.0 * share:.1f}px"></div>'
+        rows.append([escape(name.replace("_", " ")), number(round(value, 3), 3), number(round(share, 1), 1), bar])
+    return table(("term of the objective", "price, m of cutting", "%", ""), rows)
 
 
 def _accuracy(accuracy: AccuracyFigures | None) -> str:
@@ -159,18 +162,14 @@ def _accuracy(accuracy: AccuracyFigures | None) -> str:
         return ""
     axes = list(accuracy.conditioning.turns)
     named = (("by conditioning", accuracy.conditioning), ("for accuracy", accuracy.accuracy))
-    rows = "".join(
-        f"<tr><td>{name}</td><td>{number(e.rms_mm, 3)}</td><td>{number(e.p95_mm, 3)}</td>"
-        f"{''.join(f'<td>{e.turns[a]}</td>' for a in axes)}</tr>"
-        for name, e in named
-    )
-    heads = "".join(f"<th>turns of {escape(a)} in cuts</th>" for a in axes)
+    rows = [[name, number(e.rms_mm, 3), number(e.p95_mm, 3), *(str(e.turns[a]) for a in axes)] for name, e in named]
+    heads = ("plan", "rms mm", "95 % mm", *(f"turns of {a} in cuts" for a in axes))
     counted = escape("; ".join(accuracy.counted))
     left = f" Known, but not included: {escape(', '.join(accuracy.left_out))}." if accuracy.left_out else ""
     kept = "" if accuracy.taken else " The plan by conditioning was kept, as the other is no better."
     return (
-        f"<h3>The part's expected error</h3><table><thead><tr><th>plan</th><th>rms mm</th><th>95 % mm</th>{heads}</tr></thead>"
-        f'<tbody>{rows}</tbody></table><p class="caption">Over what is cut. Included: {counted}.{left} At each '
+        f"<h3>The part's expected error</h3>{table(heads, rows)}"
+        f'<p class="caption">Over what is cut. Included: {counted}.{left} At each '
         f"place's best posture of a scan it would be {number(accuracy.best_rms_mm, 3)} mm rms.{kept}</p>"
     )
 
@@ -178,13 +177,12 @@ def _accuracy(accuracy: AccuracyFigures | None) -> str:
 def _cuts(plan: PlanFigures) -> str:
     """Where the arm is re-postured, and why."""
     rows = [
-        f"<tr><td>{escape(cut.line or '–')}</td><td>{'retract put in' if cut.inserted else 'in a void motion'}</td>"
-        f"<td>{escape(cut.by)}</td><td>{escape(cut.reason)}</td></tr>"
+        [
+            str(cut.line or "–"),
+            "retract put in" if cut.inserted else "in a void motion",
+            escape(cut.by),
+            escape(cut.reason),
+        ]
         for cut in plan.cuts
     ]
-    if not rows:
-        return ""
-    return (
-        "<table><thead><tr><th>re-posture at CL line</th><th>where</th><th>by</th><th>why</th></tr></thead>"
-        f"<tbody>{''.join(rows)}</tbody></table>"
-    )
+    return table(("re-posture at CL line", "where", "by", "why"), rows, left=4) if rows else ""

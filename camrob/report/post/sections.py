@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.findings import Finding, Severity, collapse
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
-from camrob.report.page.html import duration, escape, number
+from camrob.report.page.html import duration, escape, number, prose
 from camrob.report.page.parts import verdict_bar
 from camrob.report.page.path_charts import axis_limits
 from camrob.report.words import many
@@ -92,7 +92,7 @@ def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str
         limit = f" (limit {number(f.limit, 3, f.unit)})" if f.limit is not None else ""
         rows.append(
             f'<tr><td><span class="tag {f.severity.value}">{f.severity.value}</span></td>'
-            f'<td class="text">{escape(f.text)}</td><td class="n">{value}{limit}</td>'
+            f'<td class="text">{prose(f.text)}</td><td class="n">{value}{limit}</td>'
             f'<td class="n">{f.count:,}</td><td class="place">{escape(place) or "–"}</td>'
             f'<td class="place"><code>{escape(f.code)}</code></td></tr>'
         )
@@ -140,7 +140,9 @@ def cards(summary: PostSummary, cell: Cell, path: ToolPathInBase, *, threshold: 
     )
     nearest, others, near_level = _margins(summary, cell)
     count, clearance = collisions.count, collisions.clearance_min_mm
-    clear_note = f"closest {number(clearance, 1, 'mm')}" if clearance is not None else "clearance was not measured"
+    clear_note = "clearance was not measured"
+    if clearance is not None:
+        clear_note = f"closest {number(clearance, 1, 'mm')}: {escape(' and '.join(collisions.clearance_pair))}"
     hits = (f"{count:,}" if count else "none", clear_note, "bad" if count else "")
     optimal = summary.time_s.optimal
     time_note = (

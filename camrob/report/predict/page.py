@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.prediction.surface import PredictedSurface
+from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.pack import packed_floats
 from camrob.report.page.parts import card_row, figure, section, table, verdict_bar
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictedForce, PredictSummary
 from camrob.units import m_to_mm
@@ -22,8 +22,13 @@ Array = NDArray[np.float64]
 _POINTS = 60_000  # in the picture: what a browser turns without effort
 _SCALE = 0.98  # of the deviations lie within the ends of the colours
 _WORST = 5  # places of a kind in a table
-_THINNEST = 0.01  # of the longest side: a flat part has no less in the picture
-_FROM = (0.0, -0.55, 0.75)  # of the longest side: from the front and above
+_FROM = (0.0, -0.55, 0.75)  # from the front and above
+_COLORS = ((0.0, "#2166ac"), (0.25, "#67a9cf"), (0.5, "#d9d9d9"), (0.75, "#ef8a62"), (1.0, "#b2182b"))
+_TURN = (
+    '<p class="caption">Red: material is left beyond what was programmed; blue: cut too deep. Drag to turn it, or by the arrow '
+    "keys; point at a place for its numbers. What lies beyond the scale has "
+    "the colour of its end.</p>"
+)
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
 
 
@@ -44,7 +49,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
             f"<b>{escape(summary.cell)}</b>, by {known}</p></header>",
             _verdict(summary),
             _cards(summary),
-            figure(picture),
+            section("The part, coloured by its error", picture.html(), _TURN),
             _part(summary.part),
             _holder(summary.holder),
             _places(summary),
@@ -56,14 +61,9 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
             "in itself: it loads nothing and sends nothing.</footer></main>",
         ]
     )
-    charts = [{k: c[k] for k in ("id", "traces", "layout", "own")} for c in (picture, spread)]
-    return page(f"The part that {summary.program} would cut", body, {"names": {}, "charts": charts})
-
-
-def _ticks(points: Array) -> list[int]:
-    """How many figures stand at most along x, y and z of points (P, 3)."""
-    size = np.ptp(points, axis=0)
-    return [6 if part > 0.2 * size.max() else 2 for part in size.tolist()]
+    charts = [{k: spread[k] for k in ("id", "traces", "layout", "own")}]
+    data = {"names": {}, "clouds": [picture.data()], "charts": charts}
+    return page(f"The part that {summary.program} would cut", body, data)
 
 
 def _verdict(summary: PredictSummary) -> str:
@@ -227,56 +227,21 @@ def _left_out(summary: PredictSummary) -> str:
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
 
 
-def camera_eye(size: Array) -> list[float]:
-    """Where the picture is looked from, so that a part of this size (3,) fits, its longer level side across the picture: plotly's
-    unit is the sides' geometric mean.
-    """
-    size = np.maximum(size, _THINNEST * size.max())  # a flat part has a thickness in the picture, too
-    away = float(size.max() / np.cbrt(np.prod(size)))
-    aside, front, above = (away * share for share in _FROM)
-    return [aside, front, above] if size[0] >= size[1] else [-front, aside, above]
+def camera_eye(size: Array) -> tuple[float, float, float]:
+    """The direction that the picture of a part of this size (3,) is looked from: from the front, its longer level side across."""
+    aside, front, above = _FROM
+    return (aside, front, above) if size[0] >= size[1] else (-front, aside, above)
 
 
-def _picture(surface: PredictedSurface) -> dict[str, Any]:
+def _picture(surface: PredictedSurface) -> Cloud:
     """The surface's points, coloured by their error."""
     step = max(1, len(surface.point) // _POINTS)
     worst = np.argsort(-np.abs(surface.deviation))[:200]
     some = np.union1d(np.arange(0, len(surface.point), step), worst)
     p, e = m_to_mm(surface.point[some]), m_to_mm(surface.deviation[some])
     end = max(float(np.quantile(np.abs(e), _SCALE)), _SCALE_LEAST_MM)
-    x, y, z = (packed_floats(p[:, k]) for k in range(3))
-    trace = {
-        "type": "scatter3d",
-        "mode": "markers",
-        "x": x,
-        "y": y,
-        "z": z,
-        "marker": {
-            "size": 2,
-            "color": packed_floats(e),
-            "cmin": -end,
-            "cmax": end,
-            "colorscale": [[0.0, "#2166ac"], [0.25, "#67a9cf"], [0.5, "#d9d9d9"], [0.75, "#ef8a62"], [1.0, "#b2182b"]],
-            "colorbar": {"title": {"text": "mm", "side": "right"}, "thickness": 14, "len": 0.86},
-        },
-        "hovertemplate": "%{x:.1f}, %{y:.1f}, %{z:.1f} mm<br>error %{marker.color:.3f} mm<extra></extra>",
-    }
-    camera = {"eye": dict(zip("xyz", camera_eye(np.ptp(p, axis=0)), strict=True))}
-    scene = {
-        "aspectmode": "data",
-        "camera": camera,
-        # a shallow part has no room for the figures of its depth
-        **{f"{a}axis": {"title": {"text": f"{a} mm"}, "nticks": n} for a, n in zip("xyz", _ticks(p), strict=True)},
-    }
-    layout = {"height": 640, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "scene": scene}
-    return {
-        "id": "part",
-        "title": "The part, coloured by its error",
-        "caption": "Red: material is left beyond what was programmed; blue: cut too deep. Turn it with the mouse.",
-        "traces": [trace],
-        "layout": layout,
-        "own": True,
-    }
+    title = "the part, coloured by its error"
+    return Cloud("part", title, p, e, -end, end, _COLORS, "error", camera_eye(np.ptp(p, axis=0)), height=520)
 
 
 def _spread(surface: PredictedSurface, percentiles: Mapping[str, float]) -> dict[str, Any]:
@@ -296,8 +261,8 @@ def _spread(surface: PredictedSurface, percentiles: Mapping[str, float]) -> dict
         "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
         "shapes": [],
         "bargap": 0,
-        "xaxis": {"title": {"text": "error along the normal, mm"}},
-        "yaxis": {"title": {"text": "% of the points"}},
+        "xaxis": {"title": {"text": "error along the normal [mm]"}},
+        "yaxis": {"title": {"text": "share of the points [%]"}},
     }
     return {
         "id": "spread",

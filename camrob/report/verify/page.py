@@ -27,6 +27,7 @@ PICTURES = 4
 _ROWS = 200  # of a table
 _HEADINGS = ("", "what", "program line", "CL line", "off by", "allowed")
 _WIDE = "grid-template-columns: repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
+_MOTION = "motion of the program"
 _WORDS = {True: "good", False: "bad", None: "not judged"}
 
 
@@ -188,6 +189,6 @@ def _charts(motions: VerifiedMotions) -> list[LineChart]:
         near += " The curves end where the program can’t be followed any further."
     singular = "Least 1/k_F within each motion: 0 is singular. Where an axis motion leads, none is reckoned."
     return [
-        LineChart("margins", "How near the arm’s limits are", near, "motion", "degrees", limits),
-        LineChart("conditioning", "How far from singular", singular, "motion", "1/k_F", tuple(conditioning)),
+        LineChart("margins", "How near the arm’s limits are", near, _MOTION, "least margin [degrees]", limits),
+        LineChart("conditioning", "How far from singular", singular, _MOTION, "lowest 1/k_F [–]", tuple(conditioning)),
     ]

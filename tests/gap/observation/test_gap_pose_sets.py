@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gap_cells import log_of, ur10
-from page_data import array_of
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -23,7 +22,7 @@ from camrob.gap.observation.scene import make_scene
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, with_whole_postures, withheld_scene
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
-from camrob.report.diagnosis.charts import space_charts
+from camrob.report.diagnosis.charts import space_clouds
 
 UNKNOWN = {"measured_frame": MeasuredFrame.UNKNOWN, "target": Target.UNKNOWN, "poses": True}
 ZEROS = {"A2.zero": 1.2e-3, "A3.zero": -0.8e-3, "A4.zero": 1e-3}
@@ -259,9 +258,8 @@ def test_targets_on_the_same_postures_are_withheld_together() -> None:
 
 def sizes_drawn(found, which: str) -> np.ndarray:
     """mm: the errors that the page's picture is coloured by."""
-    charts = space_charts(found.paths, claimed=True)
-    (chart,) = [c for c in charts if c["id"] == f"space-{which}"]
-    return np.concatenate([array_of(t["marker"]["color"]) for t in chart["traces"]])
+    (cloud,) = [c for c in space_clouds(found.paths, claimed=True) if c.id == f"space-{which}"]
+    return np.asarray(cloud.values)
 
 
 @pytest.mark.slow(after=1)
