@@ -117,15 +117,14 @@ def _figure(kind: str, both: Sequence[DerivativeAnalysis], axis: str) -> list[Li
             most = max(float(np.max(np.abs(c.y), initial=0.0)) for c in curves)
             bounds = tuple(
                 Curve(
-                    f"{sign}{limit}",
-                    np.array(window),
-                    np.full(2, value if sign == "+" else -value),
+                    f"{limit}'s bounds",
+                    np.array([*window, np.nan, *window]),
+                    np.array([value, value, np.nan, -value, -value]),
                     "dot",
                     color,
                     value < _FAR * most,
                 )
                 for limit, value, color in limits
-                for sign in "+-"
             )
             closer = f", s from {window[0]:.3f} to {window[1]:.3f} rad" if name else ""
             charts.append(

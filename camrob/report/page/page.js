@@ -50,7 +50,7 @@ function camrobCharts(names, onPick) {
   // ---- look: colours of the page, light or dark, in every picture
   function theme() {
     const title = { font: { size: 13 } };
-    const axis = { gridcolor: css("--grid"), linecolor: css("--line"), tickcolor: css("--line"), showline: true, title };
+    const axis = { gridcolor: css("--grid"), linecolor: css("--line"), tickcolor: css("--line"), showline: true, exponentformat: "power", title };
     const solid = { gridcolor: css("--grid"), color: css("--soft"), showbackground: false, zerolinecolor: css("--grid"), title };
     return {
       layout: {
