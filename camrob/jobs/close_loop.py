@@ -16,7 +16,8 @@ from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.closing.added_targets import meant_rows
-from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
+from camrob.jobs.closing.beside import fastest_that_cuts
+from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, cuts_of
 from camrob.jobs.closing.loop_file import LoopJob, Rehearsal, read_loop_job
 from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
 from camrob.jobs.closing.off_way import off_path_size
@@ -33,6 +34,7 @@ from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.measurement.read_log import read_log
 from camrob.measurement.write_log import write_log
+from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
 from camrob.progress import Progress
 from camrob.report.closing.page import ledger_report
@@ -87,9 +89,9 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     """
     start = time.perf_counter()
     asked, out = read_loop_job(job), Path(out)
-    _force_for_all_turns(asked)
+    force = _force_for_all_turns(asked)
     machine = cell_for("post", asked.cell)
-    loop = _Loop(asked, out, machine, _rehearsed(asked, machine), progress)
+    loop = _Loop(asked, out, machine, force, _rehearsed(asked, machine), progress)
     loop.go()
     ledger = replace(loop.ledger(), seconds=round(time.perf_counter() - start, 3))
     with staged_output(out) as folder:
@@ -103,9 +105,16 @@ class _Loop:
     """A loop on its way: its turns so far, and how it stands."""
 
     def __init__(
-        self, job: LoopJob, out: Path, cell: Cell, rehearsed: DiagnosedMachine | None, progress: Progress | None
+        self,
+        job: LoopJob,
+        out: Path,
+        cell: Cell,
+        force: CuttingForce | None,
+        rehearsed: DiagnosedMachine | None,
+        progress: Progress | None,
     ) -> None:
-        self.job, self.out, self.cell, self.rehearsed, self.progress = job, out, cell, rehearsed, progress
+        self.job, self.out, self.cell, self.force = job, out, cell, force
+        self.rehearsed, self.progress = rehearsed, progress
         self.title = program_name(job.toolpath, None, language_of(cell))
         self.main = f"{self.title}{language_of(cell).suffixes[0]}"
         self.made_from = job.made_from()
@@ -232,7 +241,8 @@ class _Loop:
         if len(meant) != (rows[-1] + 1 if len(rows) else 0):
             what = f"{turn.program} holds a different number of motions from {self.intended.name}"
             raise VerificationError(f"{what}; begin the loop anew in an empty folder")
-        seen = measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows)
+        cuts = cuts_of(program, fastest_that_cuts(self.intended, self.force))
+        seen = measured_off_path(log, program, self.cell, intended_path(meant, self.cell), rows, cuts)
         self.seen[turn.turn], size = seen, off_path_size(seen.distance)
         noise = log.info.sigma_position
         self.logs.append(path)
@@ -320,10 +330,12 @@ class _Loop:
         return DiagnosisSummary.from_json(_json(folder / "diagnosis.json"))
 
 
-def _force_for_all_turns(job: LoopJob) -> None:
-    """Raise InputError for a force that the second turn could do nothing with, before anybody runs the first."""
-    if job.force is not None and read_force(job.force).asks_removal:
+def _force_for_all_turns(job: LoopJob) -> CuttingForce | None:
+    """The job's force. Raises InputError for one that the second turn could do nothing with, before anybody runs the first."""
+    force = None if job.force is None else read_force(job.force)
+    if force is not None and force.asks_removal:
         raise InputError("leaves depth or width to the removal", hint="give depth_mm and width_mm", path=job.force)
+    return force
 
 
 def _ledger_in(out: Path, made_from: dict[str, str]) -> Sequence[LoopTurn]:

@@ -20,7 +20,7 @@ from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, VerificationError
 from camrob.findings import Severity
-from camrob.jobs.closing.compensated import said_to_be_compensated
+from camrob.jobs.closing.beside import fastest_that_cuts, said_to_be_compensated
 from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
@@ -34,6 +34,8 @@ from camrob.jobs.release.compensation import (
     error_between,
     rates_and_violations,
 )
+from camrob.jobs.release.opinion import compensated_manifest
+from camrob.jobs.solving.sought import Sought
 from camrob.languages import language_of_file
 from camrob.prediction.read_force import read_force
 from camrob.program.motion import Motion
@@ -116,7 +118,7 @@ def compensate(
         raise InputError(f"is compensated already, as {already} beside it says", hint=hint, path=program)
     machine = cell_for("compensate", cell)
     found = None if calibration is None else read_calibration(calibration, machine)
-    known = _machine(found, diagnosis, force, Path(cell), machine)
+    known = _machine(found, diagnosis, force, Path(cell), machine, program)
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
@@ -126,17 +128,19 @@ def compensate(
         used = None if found is None else _used(found, calibration)
         with staged_output(out, name=source.stem) as folder:
             summary, after = _written(made, program.name, used, folder)
+            went_by = Sought(Path(cell), calibration, diagnosis, force).files()
+            manifest = compensated_manifest(folder, Path(cell), program, went_by)
             files = sorted([*(f.name for f in folder.iterdir()), f"{source.stem}.json"])
-            summary = replace(summary, files=tuple(files), seconds=time.perf_counter() - start)
+            summary = replace(summary, files=tuple(files), manifest=manifest, seconds=time.perf_counter() - start)
             text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
             (folder / f"{source.stem}.json").write_text(text, encoding="utf-8")
     return CompensateResult(summary, np.asarray(made.result.before), after)
 
 
 def _machine(
-    found: Calibration | None, diagnosis: Path | None, force: Path | None, folder: Path, cell: Cell
+    found: Calibration | None, diagnosis: Path | None, force: Path | None, folder: Path, cell: Cell, program: Path
 ) -> DiagnosedMachine | None:
-    """The machine as diagnosed, under a force; None where a calibration alone is to be met.
+    """The machine as diagnosed, under a force, for a program; None where a calibration alone is to be met.
 
     Raises InputError where nobody says what is wrong with it, and for a force that the removal would have to tell.
     """
@@ -147,7 +151,8 @@ def _machine(
     pushes = None if force is None else read_force(force)
     if pushes is not None and pushes.asks_removal:
         raise InputError("leaves depth or width to the removal", hint="give depth_mm and width_mm", path=force)
-    return DiagnosedMachine(cell, found, units, rest, "" if diagnosis is None else Path(diagnosis).name, pushes)
+    name = "" if diagnosis is None else Path(diagnosis).name
+    return DiagnosedMachine(cell, found, units, rest, name, pushes, fastest_that_cuts(program, pushes))
 
 
 def _used(found: Calibration, file: Path | None) -> CalibrationUsed:

@@ -208,7 +208,7 @@ def _posted(
     summary = post_summary(
         made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
         residual=made.residual, feed=made.feed, process=process, files=files, verdict=made.verdict,
-        manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path), proved=proved,
+        manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path, known.files()), proved=proved,
     )  # fmt: skip
     if asked.report:
         with watch.stage("report"):

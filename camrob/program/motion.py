@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum, StrEnum
 
-__all__ = ["Blend", "Motion", "Turning"]
+__all__ = ["AT_SPEED", "Blend", "Motion", "Turning"]
+
+AT_SPEED = 1.0 + 1e-6
+"""Times a speed, that one as printed may be: no faster."""
 
 
 class Motion(IntEnum):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from camrob.summaries.base import Summary, left_out
+from camrob.summaries.post_summary import Manifest
 from camrob.summaries.remarks import Remark
 
 __all__ = [
@@ -120,7 +121,7 @@ class MarginsBeforeAfter(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OffPathSize(Summary):
-    """How far the tool is off the intended path while it moves along lines and arcs."""
+    """How far the tool is off the intended path while it moves along lines and arcs that cut."""
 
     rms_mm: float
     p95_mm: float
@@ -133,7 +134,8 @@ class OnDiagnosedMachine(Summary):
 
     causes: what more than constants was corrected, none where that would not have helped; not_reckoned: what was found and a
     program's run does not tell; rest_mm: what no cause explains (3-D rms); targets_added: within lines, where a correction has
-    to change more quickly than between two targets: by file, the lines of the written program that hold them.
+    to change more quickly than between two targets: by file, the lines of the written program that hold them. fastest_cut_mm_min:
+    lines and arcs that are programmed faster count as moves in air; left out where none do.
     """
 
     diagnosis: str
@@ -144,6 +146,7 @@ class OnDiagnosedMachine(Summary):
     before: OffPathSize
     constants: OffPathSize
     after: OffPathSize
+    fastest_cut_mm_min: float | None = left_out()
 
     def steps(self) -> tuple[tuple[str, OffPathSize], ...]:
         """The program as it was, what the chain's constants alone make of it, and what was written."""
@@ -181,3 +184,4 @@ class CompensateSummary(Summary):
     files: tuple[str, ...]
     seconds: float
     machine: OnDiagnosedMachine | None = left_out()
+    manifest: Manifest | None = left_out()

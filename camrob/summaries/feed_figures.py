@@ -109,7 +109,8 @@ class FeedFigures(Summary):
 
     lost_by_axis_s: the axis that lost most first, "none" for stops and corners, "tolerance" for what it took to
     hold it, "block time" for motions shorter than the controller takes for one. losses: the dearest ones. planned_uses: the
-    largest share of the limits on speed, acceleration and jerk that the plan takes; None without one.
+    largest share of the limits on speed, acceleration and jerk that the plan takes; None without one. fastest_cut_mm_min: left
+    out where rapids are lines no faster than that.
     """
 
     mode: str
@@ -124,6 +125,7 @@ class FeedFigures(Summary):
     written: WrittenFeedFigures | None = left_out()
     tolerance: HeldToTolerance | None = left_out()
     blocks: BlockTime | None = left_out()
+    fastest_cut_mm_min: float | None = left_out()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -235,13 +235,19 @@ class PlanFigures(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manifest(Summary):
-    """SHA-256 of every file that the program was made from and of its own, by name; camrob: the version."""
+    """SHA-256 of every file that the program was made from and of its own, by name; camrob: the version.
+
+    known: calibration, diagnosis and force that it goes by, left out where there are none. source: the program whose targets were
+    moved, of one that is compensated; `cl_file` and `setup` are that one's then.
+    """
 
     camrob: str
     cl_file: Mapping[str, str]
     setup: Mapping[str, str]
     cell: Mapping[str, str]
     program: Mapping[str, str]
+    known: Mapping[str, str] | None = left_out()
+    source: Mapping[str, str] | None = left_out()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

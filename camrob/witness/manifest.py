@@ -1,10 +1,13 @@
-"""What a program was made from, file by file: SHA-256 of CL file, set-up and its meshes, cell and program.
+"""What a program was made from, file by file: SHA-256 of CL file, set-up and its meshes, cell, program and what was known.
 
     {"camrob": "0.1.0", "cl_file": {"part.cls": "..."}, "setup": {"setup.toml": "...", "part.stl": "..."},
-     "cell": {"cell.toml": "...", "poses.csv": "..."}, "program": {"part.src": "...", "part.dat": "..."}}
+     "cell": {"cell.toml": "...", "poses.csv": "..."}, "program": {"part.src": "...", "part.dat": "..."},
+     "known": {"fitted.toml": "...", "diagnosis.json": "..."}, "source": {"part.src": "...", "part.dat": "..."}}
 
-Names are relative to the folder that holds the file (of the set-up's: to the set-up's). A file that can't be read has the
-digest "": it is in the list, and it matches nothing.
+known: calibration, diagnosis and force that postures, feed or targets went by, where any did. source: the program whose targets
+were moved, of one that is compensated; CL file and set-up are then that one's, as its own manifest has them. Names are relative
+to the folder that holds the file (of the set-up's: to the set-up's). A file that can't be read has the digest "": it is in the
+list, and it matches nothing.
 """
 
 from __future__ import annotations
@@ -28,9 +31,14 @@ _GROUPS = {"cl_file": "CL file", "setup": "set-up", "cell": "cell", "program": "
 
 
 def make_manifest(
-    program: Iterable[Path], cell: Path, *, clfile: Path | None = None, setup: Path | None = None
+    program: Iterable[Path],
+    cell: Path,
+    *,
+    clfile: Path | None = None,
+    setup: Path | None = None,
+    known: Iterable[Path] = (),
 ) -> dict[str, Any]:
-    """The manifest of a program's files, its cell (folder or cell.toml), CL file and set-up, as they are now."""
+    """The manifest of a program's files, its cell (folder or cell.toml), CL file, set-up and further files, as they are now."""
     folder = cell if cell.is_dir() else cell.parent
     inside = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix.lower() not in _PROSE)
     return {
@@ -39,7 +47,7 @@ def make_manifest(
         "setup": digests(_setup_files(setup), None if setup is None else setup.parent),
         "cell": digests(inside, folder),
         "program": digests(sorted(program)),
-    }
+    } | ({"known": digests(further)} if (further := sorted(known)) else {})
 
 
 def check_manifest(
@@ -52,7 +60,8 @@ def check_manifest(
 ) -> list[Objection]:
     """What differs between a manifest and the files as they are now: changed, missing and further ones, one objection each.
 
-    CL file and set-up are compared where they are given. Another version of camrob is a warning.
+    CL file and set-up are compared where they are given; what was known, and the source of a compensated program, by nobody.
+    Another version of camrob is a warning.
     """
     now = make_manifest(program, cell, clfile=clfile, setup=setup)
     found = []

@@ -17,6 +17,7 @@ from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.gap.observation.program_track import motions_of_lines
 from camrob.jobs.close_loop import close_loop
+from camrob.jobs.closing.diagnosed_machine import cuts_of
 from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
 from camrob.jobs.closing.off_way import off_path_size
 from camrob.languages.krl.reader.read_krl import read_krl
@@ -104,7 +105,8 @@ class Ran(NamedTuple):
         """How far the tool was off by some columns of a log."""
         cell = read_cell(closed_loop.CELL)
         log, rows = MeasurementLog(columns, self.log.info), np.arange(len(self.program))
-        return measured_off_path(log, self.program, cell, intended_path(self.program, cell), rows)
+        cuts = cuts_of(self.program, np.inf)
+        return measured_off_path(log, self.program, cell, intended_path(self.program, cell), rows, cuts)
 
 
 @pytest.fixture

@@ -35,13 +35,13 @@ _TURNS = 12  # of adding one target a line where the correction is worst: more t
 def places_to_add(run: MachineRun, language: Language, folder: Path) -> dict[int, list[float]]:
     """Shares of the program's lines at which a target more would let the correction follow what has to be corrected.
 
-    Of the lines only those whose target is written in the statement, which run once, are not stopped behind, and before which
-    the program does nothing else: a line that is divided is the same line then. A file gets no more than the cell's controller
-    takes. folder: of the program's files.
+    Of the lines only those that cut, whose target is written in the statement, which run once, are not stopped behind, and before
+    which the program does nothing else: a line that is divided is the same line then. A file gets no more than the cell's
+    controller takes. folder: of the program's files.
     """
     program, way, twist = run.program, run.way, run.beyond_constants
     spacing = np.maximum(_NEAREST, CYCLE * np.nan_to_num(np.asarray(program.speed)))[way.motion]
-    divisible = _divisible(program, language, folder)[way.motion]
+    divisible = (_divisible(program, language, folder) & run.machine.cuts(program))[way.motion]
     whole, file = way.share(), np.asarray(program.file)
     room = _room(run, folder)
     places: dict[int, list[float]] = {}

@@ -16,7 +16,7 @@ from camrob.cell.cell import Cell
 from camrob.controller.judge import judge
 from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import Replay, replay
-from camrob.errors import SingularError, UnreachableError
+from camrob.errors import InputError, SingularError, UnreachableError
 from camrob.findings import Finding, Severity
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
@@ -27,7 +27,7 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, Share, stage_of
 from camrob.summaries.compensate_summary import OnDiagnosedMachine
-from camrob.units import m_to_mm
+from camrob.units import m_s_to_mm_min, m_to_mm
 
 __all__ = ["Correction", "met_on_machine"]
 
@@ -127,6 +127,7 @@ def _worth(off: OffWay, best: OffWay) -> bool:
 
 def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> Correction:
     """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path."""
+    _demand_cuts(known, made.text)
     as_it_was = known.run(made.text, progress=made.tell("run as it is on the machine as diagnosed"))
     before = as_it_was.off_path(programmed_path(made.text, made.planned))
     constants, added = made.meet_on(known), dict[str, tuple[int, ...]]()
@@ -147,11 +148,22 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         not_reckoned=as_it_was.path.not_reckoned,
         rest_mm=float(m_to_mm(np.sqrt(3.0 * np.mean(as_it_was.path.rest**2)))),
         targets_added=added,
+        fastest_cut_mm_min=m_s_to_mm_min(known.fastest) if np.isfinite(known.fastest) else None,
         before=off_path_size(before),
         constants=off_path_size(constants),
         after=off_path_size(made.off_path),
     )
     return made
+
+
+def _demand_cuts(known: DiagnosedMachine, program: ProgramText) -> None:
+    """Raise InputError where nothing of a program is as slow as what is said to cut."""
+    led = np.asarray(program.kind) >= Motion.LIN
+    if led.any() and not known.cuts(program).any():
+        slowest = m_s_to_mm_min(float(np.nanmin(np.asarray(program.speed)[led])))
+        what = f"fastest_cut_mm_min = {m_s_to_mm_min(known.fastest):g} is below the feed of all that cuts ({slowest:g} at least)"
+        file = None if known.force is None else known.force.path
+        raise InputError(what, hint="give the fastest feed that cuts", path=file)
 
 
 def _farther(before: OffWay, made: Correction, meant: NDArray[np.int64]) -> list[Finding]:

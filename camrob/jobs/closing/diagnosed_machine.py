@@ -23,24 +23,23 @@ from camrob.measurement.log import MeasurementLog
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.speed_errors import SLOWLY, causes_of_speed, twist_of
 from camrob.prediction.true_path import TruePath, true_path, unit_name
-from camrob.program.motion import Motion
+from camrob.program.motion import AT_SPEED, Motion
 from camrob.program.program_text import ProgramText
 from camrob.progress import Share
 from camrob.se3 import rotation_exp
 
-__all__ = ["DiagnosedMachine", "MachineRun", "shifted"]
+__all__ = ["DiagnosedMachine", "MachineRun", "cuts_of", "shifted"]
 
 Array = NDArray[np.float64]
 
 _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a motion is seen
-_AT_SPEED = 1.0 + 1e-6  # rounding of a speed as printed
 
 
 @dataclass(frozen=True)
 class DiagnosedMachine:
     """A cell and what is wrong with it. constants: of its chain; units: all that a diagnosis claims, None without one; rest: m
     in any one direction that stays unexplained, beside what `units` know of that; name: of the diagnosis; force: what pushes on
-    the tool wherever it moves.
+    the tool while it cuts; fastest: m/s, lines and arcs that are programmed faster are moves in air.
     """
 
     cell: Cell
@@ -49,6 +48,11 @@ class DiagnosedMachine:
     rest: float
     name: str
     force: CuttingForce | None = None
+    fastest: float = float("inf")
+
+    def cuts(self, program: ProgramText) -> NDArray[np.bool_]:
+        """(M,) the motions that cut, as far as a program tells: lines and arcs that are not too fast."""
+        return cuts_of(program, self.fastest)
 
     def run(self, program: ProgramText, *, progress: Share | None = None) -> MachineRun:
         """Run a program. Raises as `simulate`, and InputError where calibration and diagnosis don't belong together."""
@@ -61,9 +65,6 @@ class DiagnosedMachine:
         """The machine's path on a run of the virtual controller; the force pushes along lines and arcs that are not too fast, and
         bends what was found to yield: a correction takes off nothing that is only ordinary.
         """
-        cuts = np.asarray(program.kind) >= Motion.LIN
-        if self.force is not None:
-            cuts &= np.asarray(program.speed) <= _AT_SPEED * self.force.fastest
         return true_path(
             log,
             cell,
@@ -71,7 +72,7 @@ class DiagnosedMachine:
             self.units,
             rest=self.rest,
             force=self.force,
-            cuts=np.asarray(cuts[motion]),
+            cuts=self.cuts(program)[motion],
             assumed=False,
         )
 
@@ -94,7 +95,8 @@ class MachineRun:
     def way(self) -> RunWay:
         """How the rows lie along the program's motions."""
         step = np.linalg.norm(np.diff(self.path.ideal[:, :3, 3], axis=0), axis=1)
-        return RunWay(np.asarray(self.program.kind), self.motion, np.concatenate([[0.0], step]), arcs_of(self.program))
+        kind, step = np.asarray(self.program.kind), np.concatenate([[0.0], step])
+        return RunWay(kind, self.motion, step, arcs_of(self.program), self.machine.cuts(self.program))
 
     @cached_property
     def beyond_constants(self) -> Array:
@@ -138,12 +140,12 @@ class MachineRun:
         return tuple(c.name for c in self.path.causes if c.name not in constant)
 
     def off_path(self, intended: ProgrammedPath) -> OffWay:
-        """From the tool's place to the intended path, at the rows of motions along lines and arcs."""
+        """From the tool's place to the intended path, at the rows of motions that cut."""
         tip = self.path.true[:, :3, 3]
         if intended.in_world:
             frames = world_T_base(self.cell, self.cell.to_q(self.log.setpoints(self.cell.axis_names)))
             tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
-        cutting = np.asarray(self.program.kind)[self.motion] >= Motion.LIN
+        cutting = self.machine.cuts(self.program)[self.motion]
         motion = self.motion[cutting]
         nearest = nearest_on_path(tip[cutting], intended, motion)[0]
         return OffWay(np.linalg.norm(tip[cutting] - nearest, axis=1), self.way.step[cutting], motion)
@@ -153,6 +155,12 @@ class MachineRun:
         columns = {**self.log.columns, "t": SLOWLY * np.asarray(self.log.t)}
         slow = self.machine.path(MeasurementLog(columns, self.log.info), self.cell, self.program, self.motion)
         return twist_of(self.path, causes_of_speed(self.path, slow))
+
+
+def cuts_of(program: ProgramText, fastest: float) -> NDArray[np.bool_]:
+    """(M,) the motions along lines and arcs that are not programmed faster than `fastest`, m/s."""
+    too_fast = np.asarray(program.speed) > AT_SPEED * fastest
+    return np.asarray((np.asarray(program.kind) >= Motion.LIN) & ~too_fast)
 
 
 def shifted(targets: Array, twists: Array) -> Array:

@@ -53,12 +53,13 @@ def measured_off_path(
     cell: Cell,
     intended: ProgrammedPath,
     meant: NDArray[np.int64],
+    cuts: NDArray[np.bool_],
 ) -> OffPath:
-    """From the measured tool to the intended path, at the rows of motions along lines and arcs.
+    """From the measured tool to the intended path, at the rows of motions that cut.
 
-    program: what ran. meant: (M,) the motion that `intended` has for each of its motions. Frames that nobody gave (the
-    instrument's, the reflector's) are those that bring the nominal poses nearest: their part of an error can't be seen. Raises
-    LogError for a log without measured positions, of another program, or of a piece of the run.
+    program: what ran. meant: (M,) the motion that `intended` has for each of its motions; cuts: (M,) those that cut. Frames that
+    nobody gave (the instrument's, the reflector's) are those that bring the nominal poses nearest: their part of an error can't
+    be seen. Raises LogError for a log without measured positions, of another program, or of a piece of the run.
     """
     if not log.has_position:
         raise LogError("has no measured position", hint="log the tool with an instrument: x, y, z", path=log.path)
@@ -78,11 +79,10 @@ def measured_off_path(
         motion = meant[motions_of_lines(program, scene.log.line)]
     place, segment, _ = nearest_on_path(tip, intended, motion)
     owner = np.asarray(intended.motion)[np.minimum(segment + 1, len(intended.motion) - 1)]
-    kind = np.asarray(program.kind)[np.searchsorted(meant, owner, side="right") - 1]
+    cut = cuts[np.searchsorted(meant, owner, side="right") - 1]
     nodes = np.asarray(intended.points)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(nodes, axis=0), axis=1))])
     along = length[segment] + np.linalg.norm(place - nodes[segment], axis=1)
-    cut = kind >= Motion.LIN
     off = np.linalg.norm(tip - place, axis=1)[cut]
     if not len(off) or np.median(off) > _FAR:
         raise LogError("is not a run of this program", hint=f"give the log of {program.name}", path=log.path)

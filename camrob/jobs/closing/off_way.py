@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class OffWay(NamedTuple):
-    """At rows of a run along lines and arcs: how far the tool is off the path (K,), m; the way (K,) since the row before, m, by
+    """At rows of a run that cut: how far the tool is off the path (K,), m; the way (K,) since the row before, m, by
     which that counts, as surface is made by the way and not by the time that it takes; and the motion (K,) that the row is of.
     """
 

@@ -16,7 +16,7 @@ __all__ = ["RunWay", "arcs_of"]
 
 Array = NDArray[np.float64]
 
-_ASIDE = 1e-3  # weight of a way that is no line or arc
+_ASIDE = 1e-3  # weight of a way that does not cut
 # m: what a row counts by where the tool stands, and a motion's end by itself, so that each end has a value
 _FLOOR = 1e-6
 # rad from an arc's auxiliary point to its ends, and of the whole arc: others are taken as lines
@@ -50,12 +50,14 @@ def _angle(a: Array, b: Array) -> Array:
 class RunWay:
     """kind: (M,) of the program's motions. motion: (N,) the motion that each row of a run belongs to, in order. step: (N,) m
     that the tool has moved since the row before. arcs: (M, 2) as `arcs_of` has them; None: arcs are taken as lines.
+    cuts: (M,) the motions whose ways are to be met; None: all lines and arcs.
     """
 
     kind: NDArray[np.int8]
     motion: NDArray[np.int64]
     step: Array
     arcs: Array | None = None
+    cuts: NDArray[np.bool_] | None = None
 
     def share(self) -> Array:
         """(N,) the share of its motion that is done at each row; 1 in the first, and where the tool stands."""
@@ -83,7 +85,8 @@ class RunWay:
     def _fit(self, values: Array, node: NDArray[np.int64], share: Array) -> Array:
         """Least squares for rows that are sums of shares (N, 3) of nodes (N, 3), no more than two apart."""
         count = len(self.kind)
-        weight = np.where(self.kind[node[:, 2]] >= Motion.LIN, 1.0, _ASIDE) * (self.step + _FLOOR)
+        cuts = self.kind >= Motion.LIN if self.cuts is None else self.cuts
+        weight = np.where(cuts[node[:, 2]], 1.0, _ASIDE) * (self.step + _FLOOR)
         banded = np.zeros((3, count))  # upper form: the diagonal comes last
         right = np.zeros((count, values.shape[1]))
         for j in range(3):
@@ -106,14 +109,15 @@ class RunWay:
     def split(self, shares: Mapping[int, Sequence[float]]) -> RunWay:
         """The same rows along a program in which lines end at these shares of them too: by motion, increasing, within 0 and 1."""
         count = np.zeros(len(self.kind), np.int64)
-        count[list(shares)] = [len(cuts) for cuts in shares.values()]
+        count[list(shares)] = [len(ends) for ends in shares.values()]
         before = (np.cumsum(count) - count)[self.motion]
         share = self.share()
-        for m, cuts in shares.items():
+        for m, ends in shares.items():
             first, last = np.searchsorted(self.motion, [m, m + 1])
-            before[first:last] += np.searchsorted(np.asarray(cuts), share[first:last], side="left")
+            before[first:last] += np.searchsorted(np.asarray(ends), share[first:last], side="left")
         arcs = None if self.arcs is None else np.repeat(self.arcs, count + 1, axis=0)
-        return RunWay(np.repeat(self.kind, count + 1), self.motion + before, self.step, arcs)
+        cuts = None if self.cuts is None else np.repeat(self.cuts, count + 1)
+        return RunWay(np.repeat(self.kind, count + 1), self.motion + before, self.step, arcs, cuts)
 
     def _straight(self) -> tuple[NDArray[np.int64], Array]:
         """Of each row the motions (N, 3) whose values it is made of, rising, and their shares: from end to end."""

@@ -16,6 +16,7 @@ from camrob.jobs.release.upload import SUFFIX
 from camrob.languages import language_suffixes
 from camrob.program.language import Language
 from camrob.summaries.post_summary import Manifest, WitnessFigures
+from camrob.units import mm_min_to_m_s
 from camrob.witness.happenings import Objection
 from camrob.witness.judge import Verdict
 from camrob.witness.manifest import check_manifest, check_upload, digests, make_manifest
@@ -23,6 +24,8 @@ from camrob.witness.manifest import check_manifest, check_upload, digests, make_
 __all__ = [
     "SLOWER_BY_PLAN",
     "SLOWER_BY_TOLERANCE",
+    "compensated_manifest",
+    "fastest_cut",
     "hold_to_witness",
     "manifest_findings",
     "manifest_of",
@@ -132,10 +135,26 @@ def verified_by(verdict: Verdict, language: Language) -> str:
     return f"{_BY}{'' if verdict.complete else ', in part'}, the {language.title} reader and replay, and Pinocchio"
 
 
-def manifest_of(folder: Path, files: Iterable[str], cell: Path, clfile: Path, setup: Path | None) -> Manifest:
+def manifest_of(
+    folder: Path, files: Iterable[str], cell: Path, clfile: Path, setup: Path | None, known: Iterable[Path] = ()
+) -> Manifest:
     """The manifest of NAME.json, of program files in a folder."""
     program = [folder / name for name in files if name.endswith(language_suffixes())]
-    return Manifest(**make_manifest(program, cell, clfile=clfile, setup=setup))
+    return Manifest(**make_manifest(program, cell, clfile=clfile, setup=setup, known=known))
+
+
+def compensated_manifest(folder: Path, cell: Path, source: Path, known: Iterable[Path]) -> Manifest:
+    """The manifest of the program in a folder, whose targets are those of `source`, moved: CL file and set-up are those of the
+    manifest beside that, where it is of the files that are there.
+    """
+    program = [file for file in folder.iterdir() if file.name.endswith(language_suffixes())]
+    made = Manifest(**make_manifest(program, cell, known=known))
+    then = _summary_beside(source).get("manifest")
+    beside = [source.with_name(file.name) for file in program]
+    given = digests(sorted(file for file in {source, *beside} if file.is_file()))
+    if isinstance(then, Mapping) and then.get("program") == given:
+        made = replace(made, cl_file=then.get("cl_file", {}), setup=then.get("setup", {}))
+    return replace(made, source=given)
 
 
 def manifest_findings(program: Path, cell: Path, clfile: Path | None, setup: Path | None) -> list[Finding]:
@@ -158,6 +177,18 @@ def reason_for_slower(program: Path) -> str:
         return ""
     reason = SLOWER_BY_PLAN if feed.get("mode") == "optimal" else SLOWER_BY_TOLERANCE if "tolerance" in feed else ""
     return reason if manifest.get("program") == digests(_named(program, manifest)) else ""
+
+
+def fastest_cut(program: Path) -> float:
+    """m/s of the fastest cut, where lines that are faster are rapids, as the program's own NAME.json has it; infinite where it
+    says nothing, or is of another program.
+    """
+    summary = _summary_beside(program)
+    manifest, feed = summary.get("manifest"), summary.get("feed")
+    said = feed.get("fastest_cut_mm_min") if isinstance(feed, Mapping) else None
+    if not isinstance(manifest, Mapping) or not isinstance(said, int | float) or not said > 0.0:
+        return float("inf")
+    return float(mm_min_to_m_s(said)) if manifest.get("program") == digests(_named(program, manifest)) else float("inf")
 
 
 def _summary_beside(program: Path) -> Mapping[str, Any]:

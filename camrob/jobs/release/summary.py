@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from camrob.jobs.release.opinion import verified_by, witness_figures
 from camrob.jobs.release.release import ReadBack
 from camrob.jobs.solving.feed_outcome import FeedOutcome
 from camrob.languages import language_named
+from camrob.program.motion import AT_SPEED, Motion
 from camrob.program.process import Process
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanAccuracy
@@ -39,7 +41,7 @@ from camrob.summaries.post_summary import (
 )
 from camrob.summaries.remarks import AxisLimits, Remark
 from camrob.toolpath.region import EventKind
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.units import m_s_to_mm_min, m_to_mm, rad_to_deg
 from camrob.witness.judge import Verdict
 
 __all__ = ["post_summary"]
@@ -86,7 +88,7 @@ def post_summary(
         collisions=_collisions(collisions),
         external_travel={key: round(value, 4) for key, value in margins.external_travel.items()},
         time_s=feed.times(),
-        feed=feed.figures(inputs.cell, inputs.path),
+        feed=replace(feed.figures(inputs.cell, inputs.path), fastest_cut_mm_min=_fastest_cut(inputs, back)),
         torques=feed.torque_figures(inputs.cell, inputs.path),
         process=_process(inputs, process),
         verified=_verified(back, verdict),
@@ -98,6 +100,14 @@ def post_summary(
         manifest=manifest,
         clamping=inputs.setup.clamping,
     )
+
+
+def _fastest_cut(inputs: JobInputs, back: ReadBack) -> float | None:
+    """mm/min of the fastest line or arc to a point that the file comes to at a feed; None where none is faster."""
+    path, text = inputs.path, back.text
+    speed = np.where(np.asarray(text.kind) >= Motion.LIN, np.asarray(text.speed), 0.0)
+    fastest = float(speed[np.asarray(back.coverage.motion)[path.cutting[path.of_toolpath]]].max(initial=0.0))
+    return m_s_to_mm_min(fastest) if fastest > 0.0 and bool((speed > AT_SPEED * fastest).any()) else None
 
 
 def _conditioning(inputs: JobInputs, solution: Solution) -> Conditioning:

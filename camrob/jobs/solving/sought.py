@@ -23,6 +23,11 @@ class Sought:
     force: Path | None = None
     corrected: bool = False
 
+    def files(self) -> tuple[Path, ...]:
+        """The files behind it, by which it can be told from another."""
+        diagnosis = None if self.diagnosis is None else Path(self.diagnosis) / "diagnosis.json"
+        return tuple(Path(f) for f in (self.calibration, diagnosis, self.force) if f is not None)
+
 
 def check_sought(sought: Sought, cell: Cell, *, asked: bool, planned: bool, tolerance: bool) -> Sought | None:
     """What the plan is to go by; None where no plan looks at the part's error. tolerance: the feed is held to one, and goes by
