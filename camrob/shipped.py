@@ -6,7 +6,7 @@ from pathlib import Path
 
 from camrob.errors import InputError
 
-__all__ = ["cell_beside", "shipped_cell", "shipped_cells", "shipped_samples"]
+__all__ = ["cell_beside", "demand_cell", "shipped_cell", "shipped_cells", "shipped_samples"]
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -47,6 +47,14 @@ def cell_beside(folder: Path, named: str) -> Path:
     """The cell that a file in a folder names: a path from there, or where nothing is there the shipped cell of that name."""
     path = folder / named
     return path if path.exists() else shipped_cells().get(named, path)
+
+
+def demand_cell(path: Path, named: str) -> None:
+    """Raise InputError where a bare name is neither a path, that it was taken for, nor a shipped cell's."""
+    if path.exists() or Path(named).suffix or len(Path(named).parts) != 1:
+        return
+    what = f"there is no folder {named[:60]!r}, and no cell of that name comes with camrob"
+    raise InputError(what, hint=f"give the cell's folder, or one of {', '.join(shipped_cells())}")
 
 
 def _folders(kind: str, holding: str) -> dict[str, Path]:

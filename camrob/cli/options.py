@@ -9,9 +9,6 @@ from typing import Annotated
 
 import typer
 
-from camrob.errors import InputError
-from camrob.text import printable
-
 __all__ = [
     "CellArgument",
     "CellOption",
@@ -83,15 +80,13 @@ def known_cell(asked: Path | None) -> Path | None:
 
     Raises InputError for a bare name of neither.
     """
-    from camrob.shipped import shipped_cells
+    from camrob.shipped import cell_beside, demand_cell
 
     if asked is None or len(asked.parts) != 1 or asked.suffix or os.path.lexists(asked):
         return asked
-    shipped = shipped_cells()
-    if asked.name not in shipped:
-        what = f"there is no folder {printable(asked.name)[:60]!r}, and no cell of that name comes with camrob"
-        raise InputError(what, hint=f"give the cell's folder, or one of {', '.join(shipped)}")
-    return shipped[asked.name]
+    found = cell_beside(Path(), asked.name)
+    demand_cell(found, asked.name)
+    return found
 
 
 def cells_to_complete(incomplete: str) -> list[str]:

@@ -12,28 +12,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.closing.added_targets import meant_rows
 from camrob.jobs.closing.beside import fastest_that_cuts
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, cuts_of
-from camrob.jobs.closing.loop_file import LoopJob, Rehearsal, read_loop_job
+from camrob.jobs.closing.loop_file import LoopJob, read_loop_job
 from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
 from camrob.jobs.closing.off_way import off_path_size
+from camrob.jobs.closing.rehearsal import rehearse, rehearsed_machine
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post
 from camrob.languages import language_of_file
-from camrob.measurement.log import MeasurementLog
-from camrob.measurement.log_info import LogInfo, MeasuredFrame
 from camrob.measurement.read_log import read_log
-from camrob.measurement.write_log import write_log
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
 from camrob.progress import Progress
@@ -41,7 +37,7 @@ from camrob.report.closing.page import ledger_report
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
 from camrob.summaries.compensate_summary import CompensateSummary
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
-from camrob.units import m_to_mm, mm_to_m
+from camrob.units import m_to_mm
 
 __all__ = ["CloseLoopResult", "close_loop"]
 
@@ -51,7 +47,6 @@ _RUN, _EXPERIMENT = "run", "experiment"
 _SUFFIXES = (".csv", ".parquet")
 _RIVAL = 0.25  # probability of the second set of causes from which on an experiment is worth a run; a part of a cycle leaves 0.22
 _WORTH = 0.95  # of the best rms so far: a turn that is not below has not helped
-_EVERY = 5  # rows of the simulated run: a tracker tells every 20 ms
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +86,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     asked, out = read_loop_job(job), Path(out)
     force = _force_for_all_turns(asked)
     machine = cell_for("post", asked.cell)
-    loop = _Loop(asked, out, machine, force, _rehearsed(asked, machine), progress)
+    loop = _Loop(asked, out, machine, force, rehearsed_machine(asked, machine), progress)
     loop.go()
     ledger = replace(loop.ledger(), seconds=round(time.perf_counter() - start, 3))
     with staged_output(out) as folder:
@@ -219,7 +214,7 @@ class _Loop:
             raise InputError(f"{found[0].name} lies beside it", hint="leave one of the two there", path=found[1])
         if not found and self.job.rehearsal is not None and self.rehearsed is not None:
             program = folder / (self.main if stem == _RUN else f"{stem}{language_of(self.cell).suffixes[0]}")
-            _rehearse(self.job.rehearsal, self.rehearsed, program, folder / f"{stem}.csv", turn)
+            rehearse(self.job.rehearsal, self.rehearsed, program, folder / f"{stem}.csv", turn)
             return folder / f"{stem}.csv"
         return found[0] if found else None
 
@@ -374,32 +369,3 @@ def _rivals(said: DiagnosisSummary) -> bool:
 
 def _remaining_sets(said: DiagnosisSummary) -> str:
     return " or ".join(", ".join(a.effects) or "nothing" for a in said.alternatives[:2])
-
-
-def _rehearsed(job: LoopJob, cell: Cell) -> DiagnosedMachine | None:
-    """The machine that JOB.toml has simulated, None without one. Raises InputError for files of it that are missing or wrong,
-    before the first program is made.
-    """
-    rehearsal = job.rehearsal
-    if rehearsal is None:
-        return None
-    constants = None if rehearsal.calibration is None else read_calibration(rehearsal.calibration, cell)
-    units, rest = diagnosed(rehearsal.diagnosis, constants, job.cell, cell)
-    return DiagnosedMachine(cell, constants, units, rest, "rehearsal")
-
-
-def _rehearse(rehearsal: Rehearsal, machine: DiagnosedMachine, program: Path, file: Path, turn: int) -> None:
-    """Write the log of a program's run on the simulated machine, seen in `base` with noise."""
-    cell = machine.cell
-    ran = machine.run(language_of_file(program).read(program, cell.controller_section))
-    rows = slice(None, None, _EVERY)
-    rng = np.random.default_rng([rehearsal.seed, turn, len(file.stem)])
-    true = np.asarray(ran.path.true)[rows]
-    xyz = m_to_mm(true[:, :3, 3]) + rng.normal(0.0, rehearsal.noise_mm, (len(true), 3))
-    names = cell.axis_names
-    columns = {name: np.asarray(ran.log.columns[name])[rows] for name in ("t", "line")}
-    columns |= dict(zip("xyz", xyz.T, strict=True))
-    columns |= {f"c{a}": v for a, v in zip(names, ran.log.setpoints(names)[rows].T, strict=True)}
-    info = LogInfo(measured_frame=MeasuredFrame.BASE, sigma_position=mm_to_m(rehearsal.noise_mm), program=program.name)
-    with staged_output(file.parent) as folder:
-        write_log(MeasurementLog(columns, info), folder / file.name)

@@ -69,6 +69,10 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
     [
         ("tolerance_mm = 0.0", "tolerance_mm: is 0"),
         ("turns = 0", "turns: is 0"),
+        (
+            'cell = "kr15_track_tabel"',
+            "loop.toml: cell: there is no folder 'kr15_track_tabel', and no cell of that name",
+        ),
         ('method = "magic"', "method: is 'magic'"),
         ("tolerence = 1", "tolerence: is not a key"),
         ('force = "FORCE.toml"', "FORCE.toml: can't be read"),

@@ -11,7 +11,7 @@ from camrob.cell.read_cell import read_toml
 from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.jobs.solving.resolved_job import METHODS
-from camrob.shipped import cell_beside
+from camrob.shipped import cell_beside, demand_cell
 
 __all__ = ["LoopJob", "Rehearsal", "read_loop_job"]
 
@@ -58,7 +58,9 @@ class LoopJob:
             except OSError as error:
                 if part == "setup" and self.setup is None:
                     continue
-                raise InputError(f"can't be read ({error.strerror})", hint=f"correct {part}", path=file) from None
+                raise InputError(
+                    f"can't be read ({error.strerror})", hint=f"correct {part} in {self.path.name}", path=file
+                ) from None
         return found
 
 
@@ -74,7 +76,7 @@ def read_loop_job(path: Path) -> LoopJob:
     job = LoopJob(
         path=path,
         toolpath=toolpath,
-        cell=cell_beside(path.parent, table.text("cell")),
+        cell=_cell(table),
         setup=file(table, "setup"),
         method=table.text("method", choices=tuple(METHODS)) if "method" in table else "vjm",
         tolerance_mm=table.number("tolerance_mm", lower=1e-4, upper=100.0),
@@ -86,6 +88,16 @@ def read_loop_job(path: Path) -> LoopJob:
     )
     table.finish()
     return job
+
+
+def _cell(table: TableReader) -> Path:
+    named = table.text("cell")
+    found = cell_beside(table.path.parent, named)
+    try:
+        demand_cell(found, named)
+    except InputError as error:
+        raise table.fail("cell", error.what, error.hint) from None
+    return found
 
 
 def _rehearsal(table: TableReader, file: Callable[[TableReader, str], Path | None]) -> Rehearsal:

@@ -18,7 +18,6 @@ from camrob.jobs.closing.off_way import OffWay
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame
-from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import inverse
 from camrob.units import mm_to_m
@@ -28,7 +27,7 @@ __all__ = ["OffPath", "intended_path", "measured_off_path"]
 Array = NDArray[np.float64]
 
 _FAR = 0.05  # m: a row farther away belongs to no motion of this program
-_PARTS, _WHOLE = 40, 0.9  # of the way along lines and arcs, and of those parts in which a run has to have been seen
+_PARTS, _WHOLE = 40, 0.9  # of the way that is cut, and of those parts in which a run has to have been seen
 _NEAR = mm_to_m(10.0)  # of a place on the path that was seen, where rows don't tell their motion
 
 
@@ -86,9 +85,9 @@ def measured_off_path(
     off = np.linalg.norm(tip - place, axis=1)[cut]
     if not len(off) or np.median(off) > _FAR:
         raise LogError("is not a run of this program", hint=f"give the log of {program.name}", path=log.path)
-    seen = _seen(tip[cut], along[cut], program, intended, meant, by_line=scene.log.has("line"))
+    seen = _seen(tip[cut], along[cut], cuts, intended, meant, by_line=scene.log.has("line"))
     if seen < _WHOLE:
-        what = f"shows the tool on {100.0 * seen:.0f} % of the way along the lines and arcs of {program.name}"
+        what = f"shows the tool on {100.0 * seen:.0f} % of the way along which {program.name} cuts"
         raise LogError(what, hint="log the whole run: the rest may be off by anything", path=log.path)
     asked = base_T_tool(tooled, scene.postures(scene.command))[:, :3, 3]
     way = np.append(0.0, np.linalg.norm(np.diff(asked, axis=0), axis=1) * (cut[1:] & cut[:-1]))
@@ -96,16 +95,23 @@ def measured_off_path(
 
 
 def _seen(
-    tip: Array, along: Array, program: ProgramText, intended: ProgrammedPath, meant: NDArray[np.int64], *, by_line: bool
+    tip: Array,
+    along: Array,
+    cuts: NDArray[np.bool_],
+    intended: ProgrammedPath,
+    meant: NDArray[np.int64],
+    *,
+    by_line: bool,
 ) -> float:
-    """The share of the way along lines and arcs on which rows (K, 3), at places (K,) along the path, lie.
+    """The share of the way that is cut on which rows (K, 3), at places (K,) along the path, lie.
 
-    by_line: whether the places are sure; what is passed twice is told apart by them alone.
+    cuts, meant: (M,) as in `measured_off_path`. by_line: whether the places are sure; what is passed twice is told apart by them
+    alone.
     """
     nodes, owner = np.asarray(intended.points), np.asarray(intended.motion)[1:]
     length = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-    cuts = np.asarray(program.kind)[np.searchsorted(meant, owner, side="right") - 1] >= Motion.LIN
-    done = np.concatenate([[0.0], np.cumsum(np.where(cuts, length, 0.0))])
+    cut = cuts[np.searchsorted(meant, owner, side="right") - 1]
+    done = np.concatenate([[0.0], np.cumsum(np.where(cut, length, 0.0))])
     way = np.concatenate([[0.0], np.cumsum(length)])
     if by_line:
         parts = max(min(_PARTS, len(along) // 2), 1)

@@ -205,11 +205,11 @@ def _publish(staging: Path, out: Path, name: str | None) -> None:
 
 
 def _turn(file: str, name: str | None) -> tuple[int, str]:
-    """Where in the order of publication a file stands."""
+    """Where in the order of publication a file stands: what says how to read another (LOG.toml) is there before it."""
     suffixes = program_suffixes()
     if name is not None and file in {f"{name}{suffix}" for suffix in suffixes}:
         return 2, file
-    return int(file.endswith(suffixes)), file
+    return int(file.endswith(suffixes)) - int(file.endswith(".toml")), file
 
 
 def _to_disk(path: Path) -> None:

@@ -84,7 +84,7 @@ def _chart(ledger: CloseLoopSummary) -> LineChart:
     return LineChart(
         "turns",
         "Off the intended path, turn by turn",
-        "Along lines and arcs.",
+        "Along the way that is cut.",
         "turn",
         "off the path [mm]",
         tuple(curves),

@@ -11,7 +11,7 @@ from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, section, table, verdict_bar
-from camrob.summaries.compensate_summary import CompensateSummary, Violations
+from camrob.summaries.compensate_summary import CompensateSummary, OnDiagnosedMachine, Violations
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -121,11 +121,20 @@ def _on_machine(summary: CompensateSummary) -> str:
     if count:
         more += f" {count:,} targets were added within lines, where the correction changes faster than two targets can follow."
     caption = (
-        f"{more} Distance of the tool from the intended path while it moves along lines and arcs, on the machine as diagnosed. "
+        f"{more} Distance of the tool from the intended path while it moves along lines and arcs{_without_air(found)}, on the "
+        "machine as diagnosed. "
         f"What no cause explains ({found.rest_mm:.3f} mm) is not included."
     )
     head = ("on the machine as diagnosed", "rms mm", "95 % mm", "worst mm")
     return section("What the tool does", table(head, rows), f'<p class="caption">{caption}</p>')
+
+
+def _without_air(found: OnDiagnosedMachine) -> str:
+    """Which of them do not count, in words."""
+    most = found.fastest_cut_mm_min
+    return (
+        "" if most is None else f" (those faster than {number(most, 0, 'mm/min')} are moves in air, and do not count)"
+    )
 
 
 def _cards(summary: CompensateSummary) -> str:
