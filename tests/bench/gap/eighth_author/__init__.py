@@ -1,0 +1,1 @@
+"""An eighth author's sealed cases: see README.md."""
