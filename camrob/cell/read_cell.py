@@ -294,7 +294,7 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     arm_names = [j.name for j in arm]
     counted = arm_names == [f"A{i}" for i in range(1, len(arm) + 1)] and 1 <= len(arm) <= MOST_ARM
     if not counted and arm_names != ["E1"]:
-        hint = f"name the joints of role arm A1, A2 .. in order, {MOST_ARM} at the most; a column or a track alone is one, E1"
+        hint = f"name the joints of role arm A1, A2 .. in order, {MOST_ARM} at the most; a lift or track alone is E1, of role arm"
         raise table.fail("joint", "the arm's joints are not A1, A2 ..", hint)
     for section in ("controller", "resolve"):
         if section in table and (len(arm) != POSTED_ARM or any(j.prismatic for j in arm)):

@@ -53,7 +53,7 @@ def next_experiment(
     if not pair or (not claimed and rivals[pair[0]] < 0.02):
         return "None needed: the gap is the instrument's noise. A larger work space would test more."
     first = by_name[max(pair, key=lambda n: sizes_mm.get(n, 0.0))]
-    return f"To confirm {first.name}: {first.experiment}."
+    return f"To confirm {_named([first.name])}: {first.experiment}."
 
 
 def plan_experiment(

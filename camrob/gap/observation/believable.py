@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
 from camrob.gap.observation.mistaken import mistaken
+from camrob.gap.observation.mistaken_drives import check_drives
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -40,6 +41,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             what = f"its rows are {step:.3g} s apart"
             hint = "is t in milliseconds? give seconds; for single poses write poses = true into its .toml"
             raise scene.log.error(what, hint=hint, at=int(np.argmax(np.diff(scene.t) > _SLOWEST)) + 1)
+        check_drives(scene)
         check_reading(scene)
         off = np.linalg.norm(scene.tcp_gap[:, :3], axis=1)
         size = float(np.median(off))

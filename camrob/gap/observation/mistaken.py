@@ -159,6 +159,9 @@ def _recounted(
         yield f"its {a} counts the other way", made(**{a: -v})
         for zero in _ZEROS:
             yield f"its {a} is counted from {zero:g} degrees off the cell's zero", made(**{a: v + zero})
+    small = [a for a, v in value.items() if float(np.abs(v).max()) <= 2.0 * np.pi]
+    if 1 < len(small) < len(value):
+        yield f"its {', '.join(small)} are in radians", made(**{a: rad_to_deg(value[a]) for a in small})
     for a, b in combinations(value, 2):
         yield f"its {a} and {b} are exchanged", made(**{a: value[b], b: value[a]})
     for a, b in pairwise(value):

@@ -25,6 +25,9 @@ __all__ = ["Scene", "axis_values", "make_scene"]
 
 Array = NDArray[np.float64]
 
+_GEARED = 0.05  # a motor's readings that go farther than the axis by more are counted in other units
+_STILL_AXIS = 1e-3  # rad or m: an axis that moves by less tells no ratio
+
 PLACES = ("x", "y", "z", "rx", "ry", "rz")
 LEAST = 12  # samples that a log has at the least
 _FRAME_POSES = 4  # of a set, for each frame that is not known: twice as many readings as a frame has numbers
@@ -90,12 +93,20 @@ class Scene:
         return self.log.has_position
 
     def motor(self, axis: str) -> Array | None:
-        """(N,) the motor-side encoder of an axis, SI of the axis; None where not logged."""
+        """(N,) the motor-side encoder of an axis, SI of the axis; None where not logged. One that counts in turns of the motor or
+        in increments is brought to the axis by the ratio and the zero that fit best.
+        """
         readings = self.log.beside("M", [axis])
         if readings is None:
             return None
         linear = self.cell.joints[self.cell.index(axis)].prismatic
-        return np.asarray(mm_to_m(readings[:, 0]) if linear else deg_to_rad(readings[:, 0]))
+        counted = np.asarray(mm_to_m(readings[:, 0]) if linear else deg_to_rad(readings[:, 0]))
+        link = self.link[:, self.index(axis)]
+        moved = link - link.mean()
+        ratio = float(moved @ (counted - counted.mean())) / max(float(moved @ moved), 1e-300)
+        if abs(ratio - 1.0) < _GEARED or np.ptp(link) < _STILL_AXIS or ratio == 0.0:
+            return counted
+        return np.asarray(link.mean() + (counted - counted.mean()) / ratio)
 
     def index(self, axis: str) -> int:
         """The column of an axis."""

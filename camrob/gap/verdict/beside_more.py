@@ -9,7 +9,13 @@ import numpy as np
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
-from camrob.gap.verdict.at_drives import at_drives, moved_at_drives, stays_at_drives
+from camrob.gap.verdict.at_drives import (
+    at_drives,
+    behind_encoders,
+    moved_at_drives,
+    stays_at_drives,
+    without_drives_rest,
+)
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.delivers import taken, taken_last
@@ -34,10 +40,17 @@ def beside_more(
     which the logs tell both ends are held to what stays between these.
     """
     sizes = {n: settled_rms(model, model.panels, [n]) for n, p in probability.items() if p >= 0.5}
-    stays = max(_beyond(model, together.rms_after), _beyond(model, _left_of_fitted(model, probability)))
-    seen = at_drives(model, library).intersection(sizes)
+    seen, behind = at_drives(model, library).intersection(sizes), behind_encoders(model).intersection(sizes)
     there = _at_drives(model, trial, probability) if seen else together
-    bars = {n: stays_at_drives(model, there, probability) if n in seen else stays for n in sizes}
+    rest = shrinkage(model, without_drives_rest(model, trial), model.best.members, claims(model, probability))
+    held = {n: there if n in seen else rest if n in behind else together for n in sizes}
+    left_of = {False: _left_of_fitted(model, probability), True: _left_of_fitted(model, probability, behind=True)}
+    bars = {
+        n: stays_at_drives(model, there, probability)
+        if n in seen
+        else max(_beyond(model, held[n].rms_after), _beyond(model, left_of[n in behind]))
+        for n in sizes
+    }
     moved = {n: moved_at_drives(model, [n]) if n in seen else size for n, size in sizes.items()}
     smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)} & set(sizes)
     cancel = _cancel(model, sizes, smooth)
@@ -51,7 +64,7 @@ def beside_more(
     friction = settled_rms(model, model.panels, {e.name for e in drives if e.at_reversals})
     if _cancel(model, sizes, steady) or settled_rms(model, model.panels, steady) < friction:
         left = dict.fromkeys(steady, 1.0) | left
-    against = [n for n in sizes if taken(there if n in seen else together) < BELIEF.taken]
+    against = [n for n in sizes if taken(held[n]) < BELIEF.taken]
     left = dict.fromkeys(against, 1.0) | left
     sure = {n for n, m in moved.items() if m >= BELIEF.sure_from * bars[n]}
     doubted = {n: p * (BELIEF.beside_more * left[n] if n in left else 1.0) for n, p in probability.items()}
@@ -78,10 +91,10 @@ def _at_drives(model: Model, trial: Trial, probability: Mapping[str, float]) -> 
     return shrinkage(model, trial, model.best.members, claims(model, probability), at_drives=True)
 
 
-def _left_of_fitted(model: Model, probability: Mapping[str, float]) -> float:
-    """m (rms) that the claims leave of the fitted logs."""
+def _left_of_fitted(model: Model, probability: Mapping[str, float], *, behind: bool = False) -> float:
+    """m (rms) that the claims leave of the fitted logs, or of what these show behind the encoders."""
     panels = left_panels(model, claims(model, probability))
-    left = np.concatenate([whole_gap(p)[p.w_tcp[:, 0] > 0.0] for p in panels])
+    left = np.concatenate([(p.y_tcp[:, :3] if behind else whole_gap(p))[p.w_tcp[:, 0] > 0.0] for p in panels])
     return float(np.sqrt(np.mean(np.sum(left**2, axis=1))))
 
 

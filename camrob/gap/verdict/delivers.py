@@ -15,6 +15,7 @@ import numpy as np
 from camrob.gap.evidence.evidence import COUNTS_FROM
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Shrinkage, Trial, settled_rms, shrinkage
+from camrob.gap.verdict.at_drives import behind_encoders, without_drives_rest
 from camrob.gap.verdict.belief import BELIEF
 
 __all__ = ["delivered", "held_to_delivery", "restored", "taken", "taken_last"]
@@ -32,17 +33,19 @@ def taken_last(
     model: Model, trial: Trial, names: Collection[str], drives: Collection[str] = ()
 ) -> dict[str, Shrinkage]:
     """Of each of these effects that is in the best set, withheld samples before and after it is taken away, all others before it.
-    drives: those that are judged between the ends of the drives, which the logs tell.
+    drives: those that are judged between the ends of the drives, which the logs tell; what works behind the encoders alone is
+    judged without what nothing explains there.
     """
     members, found = model.best.members, dict[str, Shrinkage]()
     asked = model.evidence.effects_of(members).intersection(names)
-    for own, there in ((asked.difference(drives), False), (asked.intersection(drives), True)):
+    there, behind = asked.intersection(drives), asked.intersection(behind_encoders(model))
+    for own, on in ((asked - there - behind, trial), (there, trial), (behind, without_drives_rest(model, trial))):
         if not own:
             continue
-        whole = shrinkage(model, trial, members, at_drives=there)
+        whole = shrinkage(model, on, members, at_drives=own is there)
         for name in own:
             others = frozenset(i for i in members if model.units[i].effect != name)
-            last = shrinkage(model, trial, members, others, at_drives=there)
+            last = shrinkage(model, on, members, others, at_drives=own is there)
             found[name] = Shrinkage(last.after, whole.after, whole.block)
     return found
 

@@ -10,7 +10,7 @@ import numpy as np
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, members_of, whole_gap
-from camrob.gap.evidence.shrink import Shrinkage
+from camrob.gap.evidence.shrink import Shrinkage, Trial
 from camrob.gap.evidence.unknown import CONSTANT, FORCE, LAST_MOVE, LOAD, UNKNOWN, is_moment
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.late_together import late_together
@@ -22,7 +22,17 @@ from camrob.gap.verdict.plausible import unknown_text
 from camrob.summaries.diagnosis_summary import RegimeLeft, Unknown, UnknownPlace, UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["NOWHERE", "at_drive", "beyond_noise", "claims", "left_panels", "remains", "residual_regimes", "suspects"]
+__all__ = [
+    "NOWHERE",
+    "at_drive",
+    "beyond_noise",
+    "claims",
+    "left_everywhere",
+    "left_panels",
+    "remains",
+    "residual_regimes",
+    "suspects",
+]
 
 NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
 """Of an unknown that is not likely."""
@@ -36,6 +46,7 @@ def claims(model: Model, probability: Mapping[str, float]) -> Set:
 
 
 _ARM = "encoder_to_tcp"
+_APART = 1000  # blocks of fitted logs are fewer
 _CLEAR = 0.05  # p value under which what stays follows something
 _WORTH = 0.1  # share of its energy from which that is worth a word
 _LEAST_FIELD = 0.5  # of the noise: a discrepancy that is smaller tells nothing
@@ -48,14 +59,24 @@ _MOSTLY = 0.5  # of its energy
 _OF_PART, _OF_PERIOD, _AHEAD, _PERIOD_AHEAD = 0.4, 0.15, 0.15, 0.03
 
 
-def left_panels(model: Model, members: Set) -> list[Panel]:
-    """The logs without what some units, and frames that are not known, explain."""
+def left_panels(model: Model, members: Set, panels: Sequence[Panel] | None = None) -> list[Panel]:
+    """The fitted logs (or other panels of the same units) without what some units, and frames that are not known, explain."""
     values = model.values(members | model.evidence.always, model.best)
     left = []
-    for p in model.panels:
+    for p in model.panels if panels is None else panels:
         y_servo = None if p.y_servo is None or p.servo is None else p.y_servo - p.errors(values)
         known = ~p.unknown_rows(np.flatnonzero(values))
         left.append(replace(p, y_tcp=p.y_tcp - p.twists(values), y_servo=y_servo, w_tcp=p.w_tcp * known[:, None]))
+    return left
+
+
+def left_everywhere(model: Model, members: Set, trial: Trial) -> list[Panel]:
+    """`left_panels` of the fitted logs and of those that are named as withheld: what the time and a posture share on one run they
+    need not share on another, and what hardly moves the tool on one may do so there.
+    """
+    left = left_panels(model, members)
+    if trial.named:
+        left += [replace(p, block=p.block + _APART) for p in left_panels(model, members, trial.panels)]
     return left
 
 

@@ -18,7 +18,15 @@ from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
-from camrob.gap.verdict.at_drives import any_course, at_drives, not_told_apart, shaped_at_drives
+from camrob.gap.verdict.at_drives import (
+    any_course,
+    at_drives,
+    behind_encoders,
+    behind_motors,
+    not_told_apart,
+    shaped_at_drives,
+    without_drives_rest,
+)
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
 from camrob.gap.verdict.carried_over import carried_over
@@ -29,10 +37,18 @@ from camrob.gap.verdict.in_company import without_company
 from camrob.gap.verdict.own_course import off_course
 from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import doubted_unless_clear, held_to_values, implausible, unknown_shapes
-from camrob.gap.verdict.remains import at_drive, beyond_noise, claims, left_panels, remains, residual_regimes, suspects
+from camrob.gap.verdict.remains import (
+    at_drive,
+    beyond_noise,
+    claims,
+    left_everywhere,
+    remains,
+    residual_regimes,
+    suspects,
+)
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
-from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
+from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, motors_follow, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
 from camrob.units import m_to_mm
 
@@ -84,7 +100,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     worse = _worse(model, trial, sorted(believed), drives)
     probability |= {n: probability[n] * BELIEF.impossible for n in worse}
     probability = _held(model, trial, probability, library)
-    worse += (together_worse := _worse_together(model, trial, probability))
+    behind = believed <= behind_encoders(model)
+    together_worse = _worse_together(model, without_drives_rest(model, trial) if behind else trial, probability)
+    worse += together_worse
     probability |= {n: probability[n] * BELIEF.impossible for n in together_worse}
     members = claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
@@ -95,6 +113,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *worse], drives))
     against = any_course(model, drives.intersection(n for n, p in probability.items() if p >= 0.5))
     probability |= {n: min(probability[n], BELIEF.unclear) for n in against}
+    in_gears = behind_motors(model, drives, motors_follow(model.scenes))
+    probability |= {n: probability[n] * BELIEF.impossible for n in in_gears}
     named = [n for n, p in probability.items() if p >= 0.5]
     if claims(model, probability) != members:
         # what was believed and is no more may have cancelled a part of what is
@@ -131,7 +151,7 @@ def _said(
     structure, unknown, rest = _something_stays(model, trial, reasons)
     entries = effects_found(model, trial, library, probability, reasons, in_world, wider)
     claimed = tuple(e.effect for e in entries if e.claimed)
-    regimes = residual_regimes(model, left := left_panels(model, members))
+    regimes = residual_regimes(model, left := left_everywhere(model, members, trial))
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
     sets = alternatives(model.sets, probability)
     stages = stages_within(model.scenes, together, _structure(together), model.noise)
@@ -149,6 +169,8 @@ def _said(
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
+    if claimed and stays.where.stage == "setpoint_to_encoder" and not at_drives(model, library).intersection(claimed):
+        drive, words = drives_beyond(model.scenes, model.noise)
     if drive:
         stays = at_drive(stays, model, left, drive, words)
     asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
@@ -238,6 +260,7 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
     members = claims(model, probability)
     if not members or not trial.named:
         return dict(probability)
+    trial = without_drives_rest(model, trial)
     reached = shrinkage(model, trial, model.best.members, members)
     near, beyond = (reached.rms_after**2 - expected(model, trial, members, far=far)[1] ** 2 for far in (False, True))
     sure = at_drives(model, library)
@@ -322,11 +345,11 @@ def _without_implausible(model: Model) -> Model:
 
 def _without_harmful(model: Model, trial: Trial) -> Model:
     """The model with effects taken out that make the prediction of withheld samples worse than it is without them."""
-    with_it = shrinkage(model, trial, model.best.members, model.best.members)
+    behind, quiet = behind_encoders(model), without_drives_rest(model, trial)
     for name in sorted(model.evidence.effects_of(model.best.members) - {"unknown"}):
-        own = members_of(model, name)
+        own, on = members_of(model, name), quiet if name in behind else trial
         rest = model.best.members - own
-        without = shrinkage(model, trial, rest, rest)
+        with_it, without = (shrinkage(model, on, m, m) for m in (model.best.members, rest))
         gains = np.array(
             [
                 float(np.sum(without.after[without.block == b] ** 2) - np.sum(with_it.after[with_it.block == b] ** 2))
@@ -339,7 +362,7 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
             for names, p in model.sets.items():
                 kept = names - {name}
                 sets[kept] = sets.get(kept, 0.0) + p
-            model, with_it = replace(model, best=model.fit(rest), sets=sets), without
+            model = replace(model, best=model.fit(rest), sets=sets)
     return model
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.bars import place_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_clouds
+from camrob.report.diagnosis.drives import drives_section
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
 from camrob.report.diagnosis.sentences import (
@@ -62,6 +63,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _shrunk(summary, shrunk),
             *(section(str(c["title"]), _chart(c)) for c in along[:1]),
             _residual(summary, stays),
+            drives_section(summary),
             *place_sections(summary, paths),
             timing_section(summary),
             *(section(str(c["title"]), _chart(c)) for c in along[1:]),

@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.diagnosis.drives import drives_texts
 from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
 from camrob.report.diagnosis.sentences import (
     between,
@@ -79,6 +80,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
             ("by axis", _largest(where.axes, summary.blamed_axes)),
             ("by regime", _largest(where.regimes, summary.blamed_regimes)),
         ]
+    rows += [("by drive", text) for text in drives_texts(summary)]
     if summary.claimed:
         rows.append(("together", f"{sizes_text(summary.together)}; the noise {mm(summary.gap.noise_mm)}"))
     rows += [("mind", text) for text in (careful_text(summary),) if text]
