@@ -74,6 +74,18 @@ class Shrinkage:
         low, high = np.quantile(1.0 - np.sqrt(after / np.maximum(before, 1e-24)), [0.05, 0.95])
         return float(low), float(high)
 
+    def structure(self) -> float:
+        """m: rms of what hangs together in what is left, block by block; of single poses, what is more than their noise."""
+        parts = []
+        for b in np.unique(self.block):
+            at = self.block == b
+            r, floor = self.after[at], float("nan") if self.floor is None else float(self.floor[at][0])
+            if np.isfinite(floor):
+                parts.append(np.sum(r**2, axis=1) - floor)
+            else:
+                parts += [np.sum(r[k:] * r[:-k], axis=1) for k in (1, 2, 3) if len(r) > 3 * k]
+        return float(np.sqrt(max(0.0, float(np.mean(np.concatenate(parts)))))) if parts else 0.0
+
     def quantiles(self) -> dict[str, tuple[float, float]]:
         """95 % and largest error, before and after, m."""
         a, b = (np.linalg.norm(e, axis=1) for e in (self.before, self.after))

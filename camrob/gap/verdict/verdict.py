@@ -154,7 +154,7 @@ def _said(
     regimes = residual_regimes(model, left := left_everywhere(model, members, trial))
     inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
     sets = alternatives(model.sets, probability)
-    stages = stages_within(model.scenes, together, _structure(together), model.noise)
+    stages = stages_within(model.scenes, together, together.structure(), model.noise)
     within = {name: s.within for name, s in stages.items()}
     drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
     if drive:
@@ -286,7 +286,7 @@ def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> 
     top = max(model.sets, key=lambda names: model.sets[names])
     members = frozenset(i for i in model.best.members if model.units[i].effect in top - {"unknown"})
     whole = shrinkage(model, trial, model.best.members, members)
-    structure, doubt = _structure(whole), doubt_of_shrinkage(model, trial, members)
+    structure, doubt = whole.structure(), doubt_of_shrinkage(model, trial, members)
     beyond = max(model.excess, model.discrepancy, float(np.sqrt(max(0.0, structure**2 - (_DOUBTS * doubt) ** 2))))
     stays = BELIEF.unknown(beyond / model.noise, whole.rms_after / max(whole.rms_before, 1e-12))
     shaped = sum(p for names, p in model.sets.items() if "unknown" in names)
@@ -370,19 +370,6 @@ def _alias_lists(model: Model, library: Sequence[Effect], in_world: bool) -> tup
     groups = [tuple(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
     pairs = [(e.name, e.twin_in_world) for e in library if e.twin_in_world]
     return (*groups, *(pairs if in_world else []))
-
-
-def _structure(shrunk: Shrinkage) -> float:
-    """m: rms of what hangs together in the error that is left, block by block; of single poses, what is more than their noise."""
-    parts = []
-    for b in np.unique(shrunk.block):
-        at = shrunk.block == b
-        r, floor = shrunk.after[at], float("nan") if shrunk.floor is None else float(shrunk.floor[at][0])
-        if np.isfinite(floor):
-            parts.append(np.sum(r**2, axis=1) - floor)
-        else:
-            parts += [np.sum(r[k:] * r[:-k], axis=1) for k in (1, 2, 3) if len(r) > 3 * k]
-    return float(np.sqrt(max(0.0, float(np.mean(np.concatenate(parts)))))) if parts else 0.0
 
 
 def _removed(shrunk: Shrinkage, noise: float) -> float | None:
