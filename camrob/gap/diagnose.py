@@ -168,7 +168,7 @@ def _said(
         logs=tuple(s.name for s in verdict.model.scenes),
         axes_report=axes_report(scenes),
         added_load=load_from_drives(scenes),
-        instrument=instrument_suspect(verdict.model, verdict.effects, late),
+        instrument=instrument_suspect(verdict.model, verdict.effects, late, verdict.shrunk.rms_after),
         compensable=verdict.handed.said,
         experiment=None if planned is None else planned.figures,
         standards=tuple(_standards(verdict.model, fitted_errors(verdict.model, verdict.members))),

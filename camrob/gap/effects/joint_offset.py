@@ -10,11 +10,12 @@ from camrob.gap.effects.common import arm_axes, constant, found_once
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
-from camrob.units import deg_to_rad
+from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["EFFECT"]
 
 _USUAL, _COMMON, _MOST = deg_to_rad(0.05), deg_to_rad(3.0), deg_to_rad(10.0)  # 2 degrees are ordinary after a crash
+_USUAL_SLID, _COMMON_SLID, _MOST_SLID = mm_to_m(0.5), mm_to_m(10.0), mm_to_m(50.0)
 _FAR = deg_to_rad(0.2)  # from here on the way is exact, no longer a straight line: that is wrong by 0.01 mm on 1.6 m
 _SHOWN = 1e-4  # of what it moves: less of a zero beside open frames is none
 _SOME, _RANK = 200, 1e-9  # rows that tell it; of the largest singular value
@@ -22,10 +23,17 @@ _SOME, _RANK = 200, 1e-9  # rows that tell it; of the largest singular value
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     return tuple(
-        Unit("joint_offset", a, (EffectParameter(f"{a}_deg", "deg", _USUAL, -_MOST, _MOST, _COMMON),))
+        Unit("joint_offset", a, (_zero(scenes[0], a),))
         for a in arm_axes(scenes[0].cell)
         if not found_once(scenes, ("zero in frames", a), lambda a=a: all(_in_frames(s, a) for s in scenes))  # type: ignore[misc]
     )
+
+
+def _zero(scene: Scene, axis: str) -> EffectParameter:
+    """A zero's own unit: degrees, or mm of an axis that slides."""
+    if scene.cell.joints[scene.cell.index(axis)].prismatic:
+        return EffectParameter(f"{axis}_mm", "mm", _USUAL_SLID, -_MOST_SLID, _MOST_SLID, _COMMON_SLID)
+    return EffectParameter(f"{axis}_deg", "deg", _USUAL, -_MOST, _MOST, _COMMON)
 
 
 def _in_frames(scene: Scene, axis: str) -> bool:
@@ -52,7 +60,8 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
 
 def _refine(state: State, values: Mapping[str, float]) -> dict[str, float]:
     """Axes that are off so far that the arm's other posture counts."""
-    return {name: float(np.clip(v, -_MOST, _MOST)) for name, v in values.items() if abs(v) >= _FAR}
+    far = {n: v for n, v in values.items() if abs(v) >= _FAR and n.endswith("_deg")}
+    return {name: float(np.clip(v, -_MOST, _MOST)) for name, v in far.items()}
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:

@@ -91,7 +91,8 @@ def _circle(commanded: Array, middle: Array, mean: Array, axes: Array) -> Circle
 
 
 def path_standards(log: str, commanded: Array, before: Array, after: Array) -> Standard | None:
-    """The figures of a run, whose log is `log`, mm; None where it is neither line nor circle.
+    """The figures of a run, whose log is `log`, mm; None where it is neither line nor circle, or no line is gone
+    from end to end.
 
     commanded: (N, 3) m in the frame in which the path is one; before, after: (N, 3) m, what was measured less that, as it is
     and without the effects found.
@@ -101,12 +102,15 @@ def path_standards(log: str, commanded: Array, before: Array, after: Array) -> S
         return None
     at, was, now = commanded[shape.rows], before[shape.rows], after[shape.rows]
     if isinstance(shape, Line):
+        run = _on_line(shape, at, was)
+        if run.forward is None and run.back is None:
+            return None  # never from end to end: its figures are of whole ways
         return Standard(
             log=log,
             shape="line",
             standard="ISO 9283",
             length_mm=m_to_mm(shape.length),
-            before=_on_line(shape, at, was),
+            before=run,
             after=_on_line(shape, at, now),
         )
     return Standard(

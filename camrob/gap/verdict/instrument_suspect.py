@@ -9,21 +9,27 @@ import numpy as np
 from camrob.gap.effects.common import PPM
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import Model
+from camrob.gap.observation.rounding import rounding_of
 from camrob.summaries.diagnosis_summary import EffectFound, GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
 
 __all__ = ["instrument_suspect"]
 
 _ROWS = 20  # that are named
+_PART, _MOST = (
+    0.3,
+    2.0,
+)  # of what stays, that coarse steps have to leave to be said: places that were commanded may be whole degrees
 
 
 def instrument_suspect(
-    model: Model, effects: Sequence[EffectFound], late: Mapping[str, float] | None = None
+    model: Model, effects: Sequence[EffectFound], late: Mapping[str, float] | None = None, stays: float = 0.0
 ) -> InstrumentSuspect:
     """suspect: probability that an error of the instrument is at work; scale_ppm, drift_mm (its size over a log): as
     fitted, None where not; gross: by log, how many rows are, and the first of them by number (from 1) and time.
 
-    late: s by which readings came late, by log, taken off before.
+    late: s by which readings came late, by log, taken off before; stays: m (rms) that nothing explains, which values of too few
+    decimals may be.
     """
     accuses = {e.name: e.of_instrument for e in model.effects if e.of_instrument is not None}
     claims = {e.effect: e for e in effects if e.effect in accuses}
@@ -42,8 +48,20 @@ def instrument_suspect(
         scale_ppm=PPM * values["scale"] if "scale" in values else None,
         drift_mm=float(np.linalg.norm(steady)) if steady else None,
         gross=tuple(gross),
-        text=_words(accusations, gross, late or {}),
+        text=_words([*accusations, *_coarse(model, stays)], gross, late or {}),
     )
+
+
+def _coarse(model: Model, stays: float) -> list[str]:
+    """Of each log, values in steps that alone leave a good part of what stays, and more than the noise that was told."""
+    said = []
+    for scene in model.scenes:
+        told = float(np.nan_to_num(scene.sigma[0])) * float(np.sqrt(3.0))
+        for words, rms in rounding_of(scene):
+            if max(told, _PART * stays) < rms < _MOST * stays:
+                size = f"{m_to_mm(rms):.2g} mm rms at the tool"
+                said.append(f"{scene.name}: {words}, which alone leaves {size}: log more decimals")
+    return said
 
 
 def _gross(panel: Panel) -> GrossRows:
