@@ -9,7 +9,7 @@ import numpy as np
 from camrob.gap.effects.common import PPM
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import Model
-from camrob.gap.observation.rounding import rounding_of
+from camrob.gap.observation.few_decimals import rounding_of
 from camrob.summaries.diagnosis_summary import EffectFound, GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
 

@@ -159,8 +159,7 @@ def _said(
     drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
     if drive:
         unknown = max(unknown, BELIEF.read_off)
-    elif not claimed and BEYOND in within.values():
-        # what is believed of no name is believed of something unknown
+    elif not claimed and BEYOND in within.values():  # what is believed of no name is believed of something unknown
         unknown = max(
             unknown, BELIEF.nothing_else if inside < 0.5 else 0.0, *(a.probability for a in sets if not a.effects)
         )
