@@ -45,7 +45,7 @@ def drives_section(summary: DiagnosisSummary) -> str:
         for axis, e, within in errors
     ]
     head = ("axis", "between", "rms", "worst", "rms at the tool", "follows")
-    return section("Axis by axis, read off the log", table(head, rows, left=2, whole=True)) if rows else ""
+    return section("Axis by axis, read off the log", table(head, rows, left=2)) if rows else ""
 
 
 def _stages(summary: DiagnosisSummary) -> Iterator[tuple[str, list[tuple[str, AxisError, str]]]]:
