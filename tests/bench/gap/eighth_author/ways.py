@@ -231,12 +231,6 @@ def _soft(q, widths):
     return q
 
 
-def _rest(machine, rng, name, q, pace):
-    """Poses at rest, one after another; each is come to from the one before."""
-    t = np.cumsum(pace * rng.uniform(0.8, 1.3, len(q)))
-    return Run(machine, name, t, q, np.arange(len(q)), np.zeros(len(q), bool), poses=True)
-
-
 def _posed(machine, rng, name, pace, count, draw, wide, about):
     """So many poses of `draw(K)` -> places (K, 3) in half sides and turns, about a place of the machine's own; those that it
     can't come to are left out."""

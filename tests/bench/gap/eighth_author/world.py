@@ -16,15 +16,13 @@ DRIVE, LINK = "setpoint_to_encoder", "encoder_to_tcp"
 @dataclass
 class Acts:
     """On all rows of a run's clock: `drive` is encoder less set-point, `link` the link less its encoder (N, n); twists
-    behind rows
-    (N, 6); a table's axis in world and its top in base (N, 6); `tip` in world (N, 3). `ages` are (s, weight) of what is
-    measured as now; `seen` bends measured places (K, 3) of `t`; `force` is what is logged of it, N."""
+    behind rows, and of a table's axis in world (N, 6). `ages` are (s, weight) of what is measured as now; `seen` bends
+    measured places (K, 3); `force` is what is logged of it, N; `warmth` of the arm, degrees above the air."""
 
     drive: np.ndarray | float = 0.0
     link: np.ndarray | float = 0.0
     twists: dict = field(default_factory=dict)
     table: np.ndarray | None = None
-    tip: np.ndarray | None = None
     ages: tuple = ((0.0, 1.0),)
     seen: tuple = ()
     force: np.ndarray | None = None
@@ -52,7 +50,7 @@ def together(parts):
         out.link = out.link + p.link
         for k, twist in p.twists.items():
             out.twists[k] = out.twists.get(k, 0.0) + twist
-        for what in ("table", "tip", "force", "warmth"):
+        for what in ("table", "force", "warmth"):
             mine = getattr(p, what)
             if mine is not None:
                 setattr(out, what, mine if getattr(out, what) is None else getattr(out, what) + mine)
@@ -83,8 +81,6 @@ def logged(run, acts, how):
         twists = {k: _at(np.broadcast_to(x, (len(run.t), 6)), rows) for k, x in acts.twists.items()}
         q = _at(link, rows)
         tip = m.tip(q, twists)
-        if acts.tip is not None:
-            tip[:, :3, 3] += _at(acts.tip, rows)
         if base:
             under = m.base(q)
             if acts.table is not None:
