@@ -140,6 +140,9 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         finer.meet_on(known)
         if _worth(finer.off_path, made.off_path):
             added, made = lines_added(made.text, places), finer
+    if known.force is not None and not as_it_was.bends():
+        what = "nothing is known to yield under the force, and nothing is taken off for it: diagnosis and calibration hold no"
+        made.left.append(Finding("force-bends-nothing", f"{what} compliance, {known.force.path.name} no [tool]"))
     if made.more:
         made.left += _farther(before, made, meant_rows(made.text, added))
     made.on_machine = OnDiagnosedMachine(

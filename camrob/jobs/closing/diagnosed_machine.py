@@ -20,6 +20,7 @@ from camrob.jobs.closing.off_way import OffWay
 from camrob.jobs.closing.run_way import RunWay, arcs_of
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
+from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.speed_errors import SLOWLY, causes_of_speed, twist_of
 from camrob.prediction.true_path import TruePath, true_path, unit_name
@@ -125,8 +126,15 @@ class MachineRun:
         """
         return self.way.fit(self.beyond_constants)
 
+    def bends(self) -> bool:
+        """Whether the force moves the tool at all: it takes an axis that is known to yield, or a tool that does."""
+        return any(c.name == CAUSE and bool(c.twist.any()) for c in self.path.causes)
+
     def further_causes(self) -> tuple[str, ...]:
         """What more than constants of the chain moves the tool."""
+        return tuple(name for name in self._further() if name != CAUSE or self.bends())
+
+    def _further(self) -> tuple[str, ...]:
         found = self.machine.units
         if found is None:
             constants = self.machine.constants

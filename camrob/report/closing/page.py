@@ -133,7 +133,12 @@ def _turn(ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | Non
     if said is not None:
         link = f'<a href="{quote(turn.diagnosis)}/diagnosis.html">the whole diagnosis</a>'
         steps.append(("Diagnosis", f"{escape(sentence(said))} ({link})"))
-        steps.append(("Correction", escape(compensable_text(said))))
+        after = next((t for t in ledger.turns if t.turn == turn.turn + 1), None)
+        if after is not None:
+            page_of = quote(f"{after.program.rpartition('.')[0]}.html")
+            steps.append(("Correction", f'<a href="{page_of}">what {escape(after.program)} takes off</a>'))
+        elif text := compensable_text(said):
+            steps.append(("Correction", escape(text)))
     if turn.experiment:
         steps.append(("Experiment", f"<code>{escape(turn.experiment)}</code> tells two sets of causes apart."))
     best = ": nearest to the path so far" if turn.turn == ledger.best else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from camrob.jobs.closing.beside import fastest_that_cuts
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.compensate import compensate
 from camrob.languages.krl.reader.read_krl import read_krl
+from camrob.prediction.deflection import CAUSE
 
 FEED, RAPID = bench_accuracy.FEED, 6000.0  # mm/min; the rapids' speed is the post's own
 
@@ -74,6 +76,25 @@ def test_its_rapids_are_no_cuts(posted: Path) -> None:
     fastest = fastest_that_cuts(posted, None)
     machine = DiagnosedMachine(CELL, None, None, 0.0, "", fastest=fastest)
     assert np.array_equal(machine.cuts(text), np.isclose(speed, FEED))
+
+
+def test_a_force_that_bends_nothing_is_said(posted: Path, tmp_path: Path) -> None:
+    """The calibration has no compliance; a tool that yields 1 um a newton is 60 um off across the feed, which is taken off."""
+    fitted, force = posted.parents[1] / "CALIBRATION.toml", tmp_path / "force.toml"
+    stiff = re.sub(r'\[\[parameter\]\]\nname = "A\d\.compliance"\n(\w+ = .*\n)+', "", fitted.read_text())
+    (tmp_path / "stiff.toml").write_text(stiff)
+    force.write_text("[mean]\nalong_n = 0\nacross_n = 60\naxial_n = 0\n")
+    said = compensate(
+        posted, cell=KR15, calibration=tmp_path / "stiff.toml", force=force, out=tmp_path / "none"
+    ).summary
+    assert [w.code for w in said.warnings if "force" in w.code] == ["force-bends-nothing"]
+    assert said.machine is not None and CAUSE not in said.machine.causes
+    force.write_text(force.read_text() + "[tool]\nacross_um_n = 1\nalong_um_n = 0\n")
+    said = compensate(
+        posted, cell=KR15, calibration=tmp_path / "stiff.toml", force=force, out=tmp_path / "gives"
+    ).summary
+    assert not [w for w in said.warnings if "force" in w.code]
+    assert said.machine is not None and CAUSE in said.machine.causes
 
 
 def test_a_fastest_cut_below_every_feed_is_refused(posted: Path, tmp_path: Path) -> None:
