@@ -207,7 +207,7 @@ def test_block_of_data_cannot_be_ended_from_inside():
         (None, "–"),
         (float("nan"), "–"),
         (-3.0, "−3.0 mm"),
-        (3e-10, "3.0 × 10<sup>−10</sup> mm"),
+        (3e-10, "3.0 × 10⁻¹⁰ mm"),
     ],
 )
 def test_numbers_as_they_are_read(value, text):

@@ -25,6 +25,7 @@ _SECTIONS = 4  # from so many on a page has contents
 _SECTION = re.compile(r"<section><h2>(.*?)</h2>")
 _BELOW_VERDICT = re.compile(r'<section|<div class="cards')
 _SYMBOL = re.compile(r"\b([khpW])_(F|cond|jnt)\b")  # those of the method, as plain text has them
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _JSON_ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}
 
 
@@ -46,13 +47,13 @@ def plot_text(value: object) -> str:
 
 
 def number(value: object, decimals: int = 1, unit: str = "") -> str:
-    """A number with its unit as it is read, as HTML; an en dash where there is none. Very small ones get a power."""
+    """A number with its unit as it is read, as text or HTML; an en dash where there is none. Very small ones get a power."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return "–"
     text = f"{value:,.{decimals}f}".replace("-", "−")
     if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
         mantissa, power = f"{value:.1e}".split("e")
-        text = f"{mantissa} × 10<sup>{int(power)}</sup>".replace("-", "−")
+        text = f"{mantissa} × 10{str(int(power)).translate(_RAISED)}".replace("-", "−")
     space = "" if unit == "°" else " "
     return f"{text}{space}{escape(unit)}" if unit else text
 

@@ -248,7 +248,9 @@ def _spread(surface: PredictedSurface, percentiles: Mapping[str, float]) -> dict
     """How many points are off by how much, the middle 98 % with the rest in the end bars."""
     e = m_to_mm(surface.deviation)
     end = max(float(np.quantile(np.abs(e), 0.995)), _SCALE_LEAST_MM)
-    below = ", ".join(f"{share} % {value:.3f} mm" for share, value in percentiles.items())
+    below = ", ".join(
+        f"{share} % {round(value, 3) + 0.0:.3f} mm".replace("-", "−") for share, value in percentiles.items()
+    )
     counts, edges = np.histogram(np.clip(e, -end, end), bins=80, range=(-end, end))
     trace = {
         "type": "bar",
