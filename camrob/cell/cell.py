@@ -19,9 +19,11 @@ from camrob.errors import CellError
 from camrob.frozen import digest, leaves, locked
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["Cell"]
+__all__ = ["POSTED_ARM", "Cell"]
 
 Array = NDArray[np.float64]
+
+POSTED_ARM = 6  # axes of an arm that programs are made for
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +86,13 @@ class Cell:
         return self
 
     def _lacks(self, section: str, verb: str) -> CellError:
+        file, arm = self.folder / "cell.toml", self.indices(Role.ARM)
+        if len(arm) != POSTED_ARM or any(self.joints[i].prismatic for i in arm):
+            what = f"{verb} is for arms of {POSTED_ARM} axes that turn, and this one has {len(arm)} axes"
+            what += " of which some slide" if any(self.joints[i].prismatic for i in arm) else ""
+            return CellError(what, hint="such a cell is measured: calibrated and diagnosed, not programmed", path=file)
         hint = "add it; the README.md of cells/kr15_track_table explains its keys"
-        return CellError(f"has no [{section}], which {verb} needs", hint=hint, path=self.folder / "cell.toml")
+        return CellError(f"has no [{section}], which {verb} needs", hint=hint, path=file)
 
     def __len__(self) -> int:
         return len(self.joints)

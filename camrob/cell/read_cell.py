@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.bare_arm import BareArm, read_bare_arm
-from camrob.cell.cell import Cell
+from camrob.cell.cell import POSTED_ARM, Cell
 from camrob.cell.cell_file import cell_file, toml_cure, without_schema
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
@@ -34,7 +34,7 @@ SCHEMA = 1
 _LENGTH = 0.4  # m, the characteristic length of a cell that doesn't say
 SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
-POSTED_ARM, MOST_ARM = 6, 7  # axes of an arm that programs are made for, and that a log names
+MOST_ARM = 7  # axes of an arm that a log names
 _SIZES = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.SPHERE: 1}
 
 

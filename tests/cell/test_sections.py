@@ -151,3 +151,18 @@ def test_the_command_line_says_it_in_one_line(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert done.stderr.startswith(f"{cell / 'cell.toml'}: has no [controller], which camrob simulate needs; add it")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("kinds", "said"),
+    [("RRRRRRR", "has 7 axes;"), ("RRPR", "has 4 axes of which some slide;"), ("RRRRR", "has 5 axes;")],
+)
+def test_an_arm_that_no_program_can_be_made_for_is_not_told_to_add_a_controller(
+    tmp_path: Path, kinds: str, said: str
+) -> None:
+    rows = ", ".join("[90, 0, 0, 300]" if k % 2 else "[-90, 50, 0, 100]" for k in range(len(kinds)))
+    text = f'schema = 1\nname = "arm"\nstanding = "datasheet"\n[arm]\nkinds = "{kinds}"\ndh = [{rows}]\n'
+    (tmp_path / "cell.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(CellError, match="camrob post is for arms of 6 axes that turn, and this one ") as caught:
+        post(SAMPLE, cell=tmp_path, out=tmp_path / "out")
+    assert said in str(caught.value) and "add it" not in str(caught.value)

@@ -113,7 +113,7 @@ def prove_plan(
     done: list[Level] = []
     rests: list[Told] = []
     for _level in range(levels):
-        start = process_time()
+        start, begun = process_time(), watch.clock.taken
         lattice = _lattice(shape, count)
         found: Told = {"count": count.copy(), "k": k, "where": where}
         k, where, corner, bins, planes = _priced(shape, objective, stated, lattice, found, watch)
@@ -139,7 +139,7 @@ def prove_plan(
             told[:] = rests
         known = max(known, bound)
         halves = 2 ** len(endless)
-        if not rest.any() or halves * rest.sum() > _ROOM or watch.late_after(_LONGER * done[-1].seconds):
+        if not rest.any() or halves * rest.sum() > _ROOM or watch.late_after(_LONGER * (watch.clock.taken - begun)):
             break
         if not rest.all():
             shown = target
