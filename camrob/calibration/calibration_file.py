@@ -164,8 +164,10 @@ def read_calibration(path: str | Path, cell: Cell) -> Calibration:
         if part.flag("nuisance"):
             nuisance.append(name)
     names = [plain.name for plain, _, _ in parameters]
-    if not names or len(set(names)) < len(names):
-        raise table.fail("parameter", "is empty or holds a name twice", "calibrate again")
+    if not names:
+        raise table.fail("parameter", "is missing: this is no calibration", "give a file that camrob calibrate wrote")
+    if len(set(names)) < len(names):
+        raise table.fail("parameter", "holds a name twice", "calibrate again")
     found = ParameterSet.of(plain for plain, _, _ in parameters)
     calibration = Calibration(
         cell_name=table.text("cell"),

@@ -51,6 +51,7 @@ def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, obje
     except tomllib.TOMLDecodeError as e:
         found = re.search(r" \(at line (\d+), column (\d+)\)$", str(e))
         what = str(e)[: found.start()] + f" at column {found[2]}" if found else str(e)
+        what = what.replace("Cannot overwrite a value", "a key is given a second time")
         line = int(found[1]) if found else 0
         raise error(f"is not valid TOML: {what[:200]}", hint=toml_cure(path, line), path=path, line=line) from None
     except (RecursionError, ValueError) as e:

@@ -231,12 +231,13 @@ class TableReader:
             raise self.fail(key, "is not an array of tables", f"write [[{self.place(key)}]]")
         readers = []
         for i, v in enumerate(value):
-            label = v.get("name", i) if isinstance(v.get("name", i), str | int) else i
+            name = v.get("name")
+            label = f"{self.place(key)}[{_short(name)}]" if isinstance(name, str) else f"{self.place(key)} {i + 1}"
             readers.append(
                 TableReader(
                     v,
                     self.path,
-                    f"{self.place(key)}[{_short(str(label))}]",
+                    label,
                     error=self.error,
                     provenance=self.provenance,
                     stated=self._stated if isinstance(self._stated, str) else None,

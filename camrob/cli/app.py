@@ -30,6 +30,7 @@ from camrob.cli.options import (
     Units,
 )
 from camrob.cli.real import calibrate, close_loop, compensate, diagnose, predict, simulate, tracker
+from camrob.cli.slips import slip_of
 from camrob.cli.start import cell_app, samples
 from camrob.cli.study import has_become, study
 from camrob.cli.tuning import tune_engines
@@ -345,6 +346,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
     command = typer.main.get_command(build_app())
     # whichever library typer is built on, the errors of the command line share a root that can word itself
     usage_error = next(c for c in reversed(typer.BadParameter.__mro__) if hasattr(c, "format_message"))
+    slip = slip_of(sys.argv[1:] if arguments is None else arguments, command)
+    if slip:
+        typer.echo(slip, err=True)
+        return 2
     try:
         status = command.main(args=arguments, prog_name="camrob", standalone_mode=False)
     except usage_error as error:  # type: ignore[misc]

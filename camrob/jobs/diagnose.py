@@ -15,7 +15,7 @@ from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.experiment import check_experiment_name, write_experiment
-from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.files import check_file_name, check_folder, staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
@@ -76,6 +76,7 @@ def diagnose(
         >>> result.summary.status, [found.effect for found in result.summary.effects]
         ('explained', ['corner_rounding'])
     """
+    check_folder(out)
     if experiment is not None:
         check_experiment_name(experiment)
     if calibration is not None:

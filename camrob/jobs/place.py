@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.bodies.table_plate import TablePlate, table_plate
 from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.files import check_folder, staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.files.takes_paths import takes_paths
@@ -83,6 +83,7 @@ def place(
         >>> result.summary.best.standing, result.files
         ('free', ('engraving.place.json', 'engraving.place.svg', 'engraving.place.html'))
     """
+    check_folder(out)
     freedom = (x_mm, y_mm, z_mm)
     if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
         raise InputError(f"a freedom of {freedom} mm makes no sense", hint="give numbers of millimetres from 0 up")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.read_cell import frame_of, read_toml
 from camrob.cell.toml_table import TableReader
-from camrob.errors import InputError
+from camrob.errors import CellError, InputError
 from camrob.frozen import locked
 from camrob.loop.law import CorrectionLaw
 from camrob.loop.rsi.link import read_sender
@@ -101,6 +101,9 @@ class TrackerCase:
 def read_tracker_case(folder: Path) -> TrackerCase:
     """The case of a cell's folder. Raises CellError, with key and hint, where tracker.toml is wrong or absent."""
     file = folder / "tracker.toml"
+    if not file.exists():
+        hint = "add tracker.toml, as in cells/rx160_tracker, or take that cell"
+        raise CellError("this cell has no tracker loop", hint=hint, path=folder)
     table = TableReader(read_toml(file), file, needs_provenance=True)
     tracker, motion = table.table("tracker"), table.table("motion")
     square, circle = table.table("square"), table.table("circle")

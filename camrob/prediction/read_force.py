@@ -27,7 +27,8 @@ def read_force(path: Path) -> CuttingForce:
     """The force model of a file. Raises InputError with file and key for what is wrong."""
     table = TableReader(read_toml(Path(path), InputError), Path(path), error=InputError)
     if ("mean" in table) == ("milling" in table):
-        raise table.fail("mean", "is given with [milling], or both are missing", "give [mean] or [milling]")
+        what = "is given with [milling]" if "mean" in table else "is missing, and [milling] too: this is no force file"
+        raise table.fail("mean", what, "give [mean] or [milling]")
     if "mean" in table:
         mean = table.table("mean")
         along = [mean.number(f"{k}_n", lower=-_MOST, upper=_MOST) for k in ("along", "across", "axial")]

@@ -161,8 +161,8 @@ def test_the_page_holds_what_was_found_and_loads_nothing(made) -> None:
         assert text in page
     ids = set(re.findall(r'class="chart" id="([\w-]+)"', page))
     charts = block_of(page, "charts")
-    assert {c["id"] for c in charts} == ids and len(ids) == 9
-    assert len({c["ruler"] for c in charts}) == 9  # none is zoomed by another
+    assert {c["id"] for c in charts} == ids and len(ids) == 8
+    assert len({c["ruler"] for c in charts}) == 8  # none is zoomed by another
     assert "://" not in re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
 
 

@@ -345,6 +345,22 @@ def test_bad_toml_names_its_line(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        (
+            'name = "a"\nname = "b"\n',
+            ":2: is not valid TOML: a key is given a second time at column 11; leave one of its lines",
+        ),
+        ("name = \u201ca\u201d\n", ":1: is not valid TOML: Invalid value at column 8; write straight quotes"),
+    ],
+)
+def test_slips_of_a_text_processor_and_keys_given_again_are_named(tmp_path, text: str, cure: str):
+    (tmp_path / "cell.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(CellError, match=re.escape(cure)):
+        read_cell(tmp_path)
+
+
+@pytest.mark.parametrize(
     ("content", "message"),
     [
         (b"", "schema: is missing, for the file is empty; write schema = 1 above all else"),

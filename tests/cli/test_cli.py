@@ -16,11 +16,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+import typer
 from summary_samples import post_summary, region, verify_summary
 
 from camrob import errors
 from camrob.cli import app as cli
 from camrob.cli.console import Terminated, error_line, exit_status
+from camrob.cli.slips import slip_of
 from camrob.summaries.base import Summary
 from camrob.summaries.regress_summary import RegressSummary
 from camrob.summaries.verify_summary import VerifySummary
@@ -474,3 +476,30 @@ def test_the_package_is_a_command_too() -> None:
         [sys.executable, "-m", "camrob", "--version"], env=ENVIRONMENT, capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("camrob ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([*POST[:-1], ""], "camrob post: --out is empty; give it a value (. is this folder), or leave it out"),
+        ([*POST, "--setup="], "camrob post: --setup is empty"),
+        (["post", "", *POST[2:]], "camrob post: an argument is empty"),
+        ([*POST, "--name", "a", "--name", "b"], "camrob post: --name is given twice, as 'a' and 'b'; give it once"),
+        ([*POST, "\u2014name", "a"], "camrob post: '\u2014name' begins with a text processor's dash; write --name"),
+        (["parts/a.cls", *POST], "camrob: 'parts/a.cls' stands where the verb should; write the verb first"),
+        (["cell", "cells/mine", "check"], "camrob cell: 'cells/mine' stands where the verb should"),
+    ],
+)
+def test_a_slip_that_the_parser_takes_in_silence_is_answered(
+    plant: Plant, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    calls = plant("post", Result())
+    assert cli.run(arguments) == 2
+    shown = capsys.readouterr()
+    assert calls == [] and shown.out == "" and shown.err.startswith(message) and shown.err.count("\n") == 1
+
+
+def test_what_may_be_given_again_is_no_slip() -> None:
+    command = typer.main.get_command(cli.build_app())
+    assert not slip_of(["diagnose", "--cell", "c", "--log", "a.csv", "--log", "b.csv", "--out", "o"], command)
+    assert not slip_of(["post", "--out", "o", "--", "--out", "--out"], command)

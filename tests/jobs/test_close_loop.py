@@ -76,7 +76,7 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
         ('method = "magic"', "method: is 'magic'"),
         ("tolerence = 1", "tolerence: is not a key"),
         ('force = "FORCE.toml"', "FORCE.toml: can't be read"),
-        ('force = "loop.toml"', "loop.toml: mean: is given with [milling], or both are missing"),
+        ('force = "loop.toml"', "loop.toml: mean: is missing, and [milling] too: this is no force file"),
         ('[machine]\ncalibration = "fitted.toml"', "fitted.toml: can't be read"),
         ('[machine]\ndiagnosis = "found"', "found: holds no diagnosis.json"),
         ("[machine]\nseed = 1", "nothing says what is wrong with the machine"),

@@ -257,6 +257,13 @@ def test_what_is_other_than_the_set_up_or_than_any_cut_is_said(program: Path, tm
     for folder, what in ((tmp_path, "holds no diagnosis.json"), (fitted, "is a file")):
         with pytest.raises(InputError, match=what):
             predict(program, **(asked | {"diagnosis": folder, "force": None}))
+    for text, what in (
+        ("{}", "it may be an older one's; diagnose the logs again"),
+        ('{"cell"', "is damaged: it is no whole"),
+    ):
+        (tmp_path / "diagnosis.json").write_text(text, encoding="utf-8")
+        with pytest.raises(InputError, match=what):
+            predict(program, **(asked | {"diagnosis": tmp_path, "force": None}))
 
 
 def test_nobody_says_what_is_wrong_with_the_machine(tmp_path: Path) -> None:

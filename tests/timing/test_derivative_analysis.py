@@ -140,7 +140,7 @@ def test_the_papers_line_on_its_machine_nominal_beside_compensated(tmp_path):
     verdicts = [s["verdict"] for s in summary["statements"]]
     assert len(verdicts) == 6 and verdicts[0] == "holds" and set(verdicts) <= {"holds", "does not hold", "unclear"}
     page = (tmp_path / "out" / "feed.html").read_text(encoding="utf-8")
-    assert all(f"{axis}: third derivative, smooth interpolation" in page for axis in KR500.axis_names)
+    assert all(f'data-choice="{axis} {kind}"' in page for axis in KR500.axis_names for kind in ("linear", "smooth"))
 
 
 def test_the_terminal_shows_statements_and_the_worst_places(tmp_path, capsys):

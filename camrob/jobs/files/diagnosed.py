@@ -40,10 +40,11 @@ def diagnosed(
         raise InputError("is a file" if Path(folder).is_file() else "holds no diagnosis.json", hint=hint, path=folder)
     try:
         said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
+    except json.JSONDecodeError as error:
+        raise InputError("is damaged: it is no whole JSON file", hint="diagnose the logs again", path=file) from error
     except (OSError, ValueError, InputError) as error:
-        raise InputError(
-            "is not a diagnosis", hint="give the folder that `camrob diagnose --out` wrote", path=file
-        ) from error
+        what = "is not a diagnosis that this camrob reads: it may be an older one's"
+        raise InputError(what, hint="diagnose the logs again", path=file) from error
     if said.compensable.fitted is None:
         raise InputError("holds no fitted units", hint="diagnose again with this camrob", path=file)
     units = fitted_units(said.compensable.fitted, library(extra=cell_effects(cell, machine)))

@@ -16,7 +16,7 @@ from camrob.errors import InputError
 from camrob.jobs.exit_status import disk_full
 from camrob.languages import language_suffixes, program_suffixes
 
-__all__ = ["check_calibration_name", "check_file_name", "staged_output"]
+__all__ = ["check_calibration_name", "check_file_name", "check_folder", "staged_output"]
 
 _STAGING = ".camrob-unfinished-"
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
@@ -151,6 +151,12 @@ def _failed(out: Path, error: OSError) -> InputError:
         hint="check the folder and its permissions",
         path=out,
     )
+
+
+def check_folder(out: Path) -> None:
+    """Refuse, before any work, a file where a folder is to be written. Raises InputError."""
+    if out.exists() and not out.is_dir():
+        raise InputError("is a file, not a folder", hint="choose another --out", path=out)
 
 
 def _make_folder(out: Path) -> list[Path]:

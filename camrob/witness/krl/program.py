@@ -180,7 +180,7 @@ def read_module(path: Path) -> Module:
     if builder.routine is not None:
         raise builder.wrong(source.count, f"{builder.routine.name} has no END", "the file may have been cut off")
     if not builder.routines:
-        raise KrlError("holds no DEF: it is not a KRL program", path=path)
+        raise KrlError("holds no DEF: it is not a KRL program", hint="name a KRL .src file", path=path)
     data_path = beside(path.parent, path.stem + ".dat")
     data = data_lines(data_path) if data_path is not None else []
     return Module(source, builder.routines, builder.outside, data, data_path)
