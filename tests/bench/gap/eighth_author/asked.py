@@ -119,6 +119,7 @@ def scoring(cases, labels):
 
 
 def _scored(name, effect):
-    where = " and ".join(effect["axes"]) or "the machine"
+    where = " and ".join(effect["axes"])
     like = f" Right as well, by what these logs show: {', '.join(effect['alike'])}." if effect["alike"] else ""
-    return f"- {name}, {where}, {effect['rms_mm']:.3g} mm: {DEEDS[name].format(axes=where)}.{like} Points: .. of 2"
+    place = f"{name}, {where}" if where else name
+    return f"- {place}, {effect['rms_mm']:.3g} mm: {DEEDS[name].format(axes=where)}.{like} Points: .. of 2"
