@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from camrob.cell.arm_axes import arm_axes
 from camrob.cell.cell import Cell
 from camrob.errors import CellError
-from camrob.se3 import rotation_exp
+from camrob.se3 import rotation_exp, skew
 from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = ["StatusTurn"]
 
 Array = NDArray[np.float64]
 
-_CHUNK = 50_000  # postures whose rotations are held at a time
+_CHUNK = 16_384  # postures that are worked on at once: bounds the memory
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,8 @@ class StatusTurn:
 
     def _status(self, axes_deg: Array) -> NDArray[np.int16]:
         q = self._signs * (deg_to_rad(axes_deg) - self._offsets)
-        turn3 = rotation_exp(q[:, 2:3] * self._h[2])
-        turn2 = rotation_exp(q[:, 1:2] * self._h[1])
-        reach = self._from_shoulder + np.einsum("nij,j->ni", turn3, self._from_elbow)
-        wrist = self._shoulder + np.einsum("nij,nj->ni", turn2, reach)
+        reach = self._from_shoulder + _turned(self._from_elbow, self._h[2], q[:, 2])
+        wrist = self._shoulder + _turned(reach, self._h[1], q[:, 1])
         overhead = wrist @ self._forward < 0.0
         a5 = axes_deg[:, 4]
         flipped = ((a5 >= -180.0) & (a5 < 0.0)) | (a5 >= 180.0)
@@ -92,3 +90,10 @@ class StatusTurn:
     def turn(axes_deg: Array) -> NDArray[np.int16]:
         """T (N,) of axis values (N, 6), degrees."""
         return np.asarray((axes_deg < 0.0) @ (1 << np.arange(np.shape(axes_deg)[-1])), np.int16)
+
+
+def _turned(p: Array, h: Array, angle: Array) -> Array:
+    """Points p, (3,) or (N, 3), turned about the unit vector h through the origin by angles (N,), rad (Rodrigues' formula)."""
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    along = np.multiply.outer(p @ h, h)
+    return np.asarray(along + cosine * (p - along) + sine * (p @ skew(h).T))

@@ -31,7 +31,7 @@ Mask = NDArray[np.bool_]
 STEP = 0.001  # m that any point of a body may move between two looks
 TOUCH = 0.0005  # m: nearer than this is a touch, half the step
 MAX_SAMPLES = 20_000_000  # postures of one check: beyond it time and memory, and it is said
-_CHUNK = 50_000  # postures
+_CHUNK = 16_384  # postures
 _NEAR_RADII = 3.0  # how far from a cut, in tool radii, an air move still counts as leaving or entering it
 
 

@@ -27,7 +27,7 @@ _NEAR_TURN = deg_to_rad(5.0)  # margins below which a remark is made
 _NEAR_SLIDE = mm_to_m(20.0)
 _JUMP_TURN = deg_to_rad(5.0)  # an axis step that may be a jump
 _JUMP_RATIO = 20.0  # and is one where it is so many times the tool's own step
-_CHUNK = 50_000  # motions whose poses are held at a time
+_CHUNK = 16_384  # motions whose poses are held at a time
 _OVER = 1e-9  # rad or m: rounding, no violation
 
 

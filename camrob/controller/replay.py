@@ -34,6 +34,9 @@ __all__ = ["Replay", "base_offsets", "base_poses", "program_cell", "program_cell
 
 Array = NDArray[np.float64]
 
+_ROWS = (
+    16_384  # motions that are worked on at once: whole arrays of what lies between would be a long program's largest
+)
 SAMPLE_LENGTH = 0.005  # m between samples of a motion
 SAMPLE_ANGLE = 0.0175  # rad, of the tool or a table
 SAMPLES = 2.0  # a motion at the least: its middle and its end
@@ -122,23 +125,32 @@ def base_poses(program: ProgramText, cell: Cell, q_external: Array) -> tuple[Arr
     q_external: (N, n) postures of which the external axes matter. Where the cell's base follows the table, poses are read in
     the turning base, the program's base being an offset in it; else that stands in `world`.
     """
-    program_T_tool = pose(
-        abc_to_rotation(deg_to_rad(np.asarray(program.pose[:, 3:]))), mm_to_m(np.asarray(program.pose[:, :3]))
-    )
-    offsets = base_offsets(program)
     findings = []
     if not program.bases or any(f.kind is FrameKind.UNKNOWN for f in program.bases):
         findings.append(Finding("base-unknown", "the program does not say its base frame; the cell's base is taken"))
-    if cell.base_follows_table:
-        return np.asarray(offsets @ program_T_tool), findings
-    base_T_world = inverse(np.asarray(world_T_base(cell, q_external)))
-    return np.asarray(base_T_world @ offsets @ program_T_tool), findings
+    known = _known_bases(program)
+    poses = np.empty((len(program), 4, 4))
+    for start in range(0, len(program), _ROWS):
+        rows = slice(start, start + _ROWS)
+        program_T_tool = pose(
+            abc_to_rotation(deg_to_rad(np.asarray(program.pose[rows, 3:]))), mm_to_m(np.asarray(program.pose[rows, :3]))
+        )
+        found = known[np.maximum(program.base[rows], 0)] @ program_T_tool
+        if not cell.base_follows_table:
+            found = inverse(np.asarray(world_T_base(cell, q_external[rows]))) @ found
+        poses[rows] = found
+    return poses, findings
 
 
 def base_offsets(program: ProgramText) -> Array:
     """(N, 4, 4) the program's base at each motion, in what a base without an offset stands for; nothing where it isn't said."""
+    return np.asarray(_known_bases(program)[np.maximum(program.base, 0)])
+
+
+def _known_bases(program: ProgramText) -> Array:
+    """(K, 4, 4) the program's bases, nothing for those that it doesn't say; one at the least."""
     known = [np.eye(4) if f.kind is FrameKind.UNKNOWN else frame_of(np.asarray(f.xyzabc)) for f in program.bases]
-    return np.stack(known or [np.eye(4)])[np.where(program.base >= 0, program.base, 0)]
+    return np.stack(known or [np.eye(4)])
 
 
 def replay(program: ProgramText, cell: Cell, *, progress: Share | None = None) -> Replay:
@@ -231,14 +243,8 @@ class _Run:
         self.q = cell.to_q(np.concatenate([np.nan_to_num(np.asarray(program.axes)), externals], axis=1))
         self.targets, self.findings = base_poses(program, cell, self.q)
         self.posture = cell.to_q(cell.to_axis_values(cell.q_home))
-        self.out = ReplayRun(
-            self.q,
-            np.full((N, n), np.inf),
-            np.full((N, n), np.inf),
-            np.full(N, np.inf),
-            np.full(N, np.inf),
-            np.zeros(N),
-        )
+        self.margin = np.full((N, n), np.inf)
+        self.inv_kf, self.bend, self.jump = np.full(N, np.inf), np.full(N, np.inf), np.zeros(N)
         self.samples = 0
         self.failed = False
 
@@ -285,8 +291,7 @@ class _Run:
         else:
             self.targets[row] = base_T_tool(cell, self.q[row])
         self.posture = self.q[row].copy()
-        self.out.lower_margin[row] = self.posture - cell.q_lower
-        self.out.upper_margin[row] = cell.q_upper - self.posture
+        self.margin[row] = np.minimum(self.posture - cell.q_lower, cell.q_upper - self.posture)
         return []
 
     def _choices(self, foot_T_tool: Array, row: int) -> list[Array]:
@@ -313,13 +318,24 @@ class _Run:
         return sorted(found, key=lambda q: float(np.max(np.abs(q - near))))
 
     def continuous(self, start: int, stop: int) -> list[Finding]:
-        """Follow the LIN and CIRC motions start .. stop."""
-        if stop <= start:
-            return []
+        """Follow the LIN and CIRC motions start .. stop, some at a time."""
+        findings: list[Finding] = []
+        while start < stop and not self.failed:
+            end = min(start + _ROWS, stop)
+            while end < stop and self.program.kind[end - 1] == Motion.CIRC_VIA:
+                end += 1
+            findings += self._continuous(start, end)
+            start = end
+        return findings
+
+    def _continuous(self, start: int, stop: int) -> list[Finding]:
+        """Follow the motions start .. stop, at least one, the last of them no auxiliary point."""
         cell = self.cell
         before = self.targets[start - 1] if start else np.full((4, 4), np.nan)
         here = base_T_tool(cell, self.posture) if np.isnan(before[0, 0]) else before
         rows = slice(start, stop)
+        external = np.ascontiguousarray(self.q[rows, : cell.arm_slice.start])
+        upper_margin = np.full((stop - start, len(cell)), np.inf)
         code, stopped, samples = replay_run(
             self.kernel,
             self.posture,
@@ -327,15 +343,19 @@ class _Run:
             np.ascontiguousarray(here[:3, 3]),
             np.ascontiguousarray(self.targets[rows, :3, :3]),
             np.ascontiguousarray(self.targets[rows, :3, 3]),
-            np.ascontiguousarray(self.q[rows, : cell.arm_slice.start]),
+            external,
             self.program.kind[rows] == Motion.CIRC_VIA,
             np.array([SAMPLE_LENGTH, SAMPLE_ANGLE, SAMPLES]),
             JUMP,
-            ReplayRun(*(a[rows] for a in self.out)),
+            ReplayRun(
+                self.q[rows], self.margin[rows], upper_margin, self.inv_kf[rows], self.bend[rows], self.jump[rows]
+            ),
         )
+        np.minimum(self.margin[rows], upper_margin, out=self.margin[rows])
         self.samples += samples
         if code == 0:
             self.posture = self.q[stop - 1].copy()
+            self.posture[: cell.arm_slice.start] = external[-1]
             return []
         row = start + stopped
         self._stop(row)
@@ -354,15 +374,13 @@ class _Run:
 
     def result(self, findings: tuple[Finding, ...], cells: tuple[Cell, ...], mounted: NDArray[np.int32]) -> Replay:
         """What was found, as it lies in memory: the run ends with it."""
-        out = self.out
-        margin = np.minimum(out.lower_margin, out.upper_margin, out=out.lower_margin)
         return Replay(
             sealed(self.q),
             sealed(self.targets),
-            sealed(out.inv_kf),
-            sealed(out.bend),
-            sealed(out.jump),
-            sealed(margin),
+            sealed(self.inv_kf),
+            sealed(self.bend),
+            sealed(self.jump),
+            sealed(self.margin),
             self.samples,
             cells[0],
             findings,

@@ -32,7 +32,7 @@ __all__ = ["assemble_program"]
 
 Array = NDArray[np.float64]
 
-_CHUNK = 50_000  # rows whose poses are worked out at once: bounds the memory
+_CHUNK = 16_384  # rows whose poses are worked out at once: bounds the memory
 _ALONG = 0.999999  # cosine to the tool's axis from which a way is one down or up a hole (0.08 degrees)
 
 

@@ -20,6 +20,8 @@ __all__ = ["Lead", "Revision", "Solution"]
 
 Array = NDArray[np.float64]
 
+_CHUNK = 16_384  # postures that are worked on at once: bounds the memory
+
 
 @dataclass(frozen=True, slots=True)
 class Revision:
@@ -100,8 +102,8 @@ class Solution:
         if self.cell_digest != cell.digest or self.path_digest != path.digest:
             raise StaleInputError("the solution was made from another cell or path; resolve it again")
         position, axis = np.empty(len(self)), np.empty(len(self))
-        for start in range(0, len(self), 50_000):
-            part = slice(start, start + 50_000)
+        for start in range(0, len(self), _CHUNK):
+            part = slice(start, start + _CHUNK)
             base_T_tool = tool_poses(cell, self.q[part])
             tip_T_tool = inverse(np.asarray(path.base_T_tip[part])) @ base_T_tool
             position[part] = np.linalg.norm(tip_T_tool[:, :3, 3], axis=1)

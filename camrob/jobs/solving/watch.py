@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ def _give_back() -> None:
     if getrusage(RUSAGE_SELF).ru_maxrss > _LARGE_KB:
         from ctypes import CDLL
 
+        gc.collect()  # what objects hold in rings
         trim = getattr(CDLL(None), "malloc_trim", None)
         if trim is not None:
             trim(0)

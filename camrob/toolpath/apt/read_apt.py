@@ -29,7 +29,10 @@ _HEAD = 65_536  # bytes in which a file gives itself away
 _LARGEST_M = 3.0  # a part of this size, or a cutter of a tenth of it, makes one ask for the units
 _UNITS = re.compile(rb"(?:^|;)[ \t]*UNITS?[ \t]*/", re.M | re.I)
 _LOADS = re.compile(rb"(?:^|;)[ \t]*(?:LOADTL[ \t]*/|LOAD[ \t]*/[ \t]*TOOL)", re.M | re.I)
-_FEED_UNIT = re.compile(rb"(?:^|;)[ \t]*(?:FEDRAT|CYCLE)[ \t]*/[^\n]*?\b(IPM|IPR|MMPM|MMPR)\b", re.M | re.I)
+_FEED_IN = {
+    unit: (words, re.compile(rb"(?:^|;)[ \t]*(?:FEDRAT|CYCLE)[ \t]*/[^\n]*?\b(?:%s)\b" % b"|".join(words), re.M | re.I))
+    for unit, words in (("inch", (b"IPM", b"IPR")), ("mm", (b"MMPM", b"MMPR")))
+}
 
 
 def read_cl(
@@ -73,7 +76,7 @@ def _read(
     feeds = FeedReader(forced=None if units is None else unit_name(units), defaults=defaults)
     feeds.units = feeds.forced or "mm"
     machine = Machine(chosen, chord, angle, feeds)
-    machine.tool_by_number = not _LOADS.search(lexer.data)
+    machine.tool_by_number = not _holds(lexer.data, _LOADS, b"LOAD")
     assumed = _guess_units(machine, lexer.data)
     interpreter = Interpreter(machine)
     _walk(lexer, interpreter, progress)
@@ -122,15 +125,21 @@ def _walk(lexer: Lexer, interpreter: Interpreter, progress: Share | None) -> Non
             progress(reported)
 
 
+def _holds(data: bytes, pattern: re.Pattern[bytes], *words: bytes) -> bool:
+    """Whether a pattern that takes one of `words`, in capitals or not, is in a file: one without them is told at once."""
+    upper = data.upper()
+    return any(word in upper for word in words) and pattern.search(data) is not None
+
+
 def _guess_units(machine: Machine, data: bytes) -> str:
     """The unit of length of a file that states none: as its feeds say, millimetres otherwise. Why, where that is a guess.
 
     Feeds in millimetres leave no doubt: it is what NX writes instead of a unit.
     """
     feeds = machine.feeds
-    if feeds.forced is not None or _UNITS.search(data):
+    if feeds.forced is not None or _holds(data, _UNITS, b"UNIT"):
         return ""
-    said = {match[1].upper().startswith(b"I") for match in _FEED_UNIT.finditer(data)}
+    said = [unit for unit, (words, pattern) in _FEED_IN.items() if _holds(data, pattern, *words)]
     if not said:
         return "the file names no unit of length"
     if len(said) > 1:
@@ -138,7 +147,7 @@ def _guess_units(machine: Machine, data: bytes) -> str:
             "the file names no unit of length, and its feeds are in millimetres and in inches",
             hint="--units mm or inch",
         )
-    feeds.units = "inch" if True in said else "mm"
+    feeds.units = said[0]
     return "the file names no unit of length, and its feeds are in inches" if feeds.units == "inch" else ""
 
 
