@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 PRINTED = 1e-6  # mm, degrees, m/s: the program's values are rounded already, so that the text says them exactly
 FRAME_PRINTED = 1e-5  # mm, degrees: the last decimal of a frame
 POSTURE = 0.05  # degrees that rounding of a pose can move an axis, near a straight wrist too
+_CHUNK = 16_384  # motions that are looked at at once: bounds the memory
 
 _UNCLEAR = ("not-understood",)
 """Findings of the reader after which nobody knows what the text does. (Calls are held to those of the cell's hooks, frames to
@@ -68,11 +69,15 @@ def hold_to_intended(text: ProgramText, replay: Replay, program: Program, meant:
         found = _first(np.asarray(read), np.asarray(due), rows, PRINTED)
         if found is not None:
             return [_finding(f"the text gives {what} that was not meant", found, text)]
-    axes = replay.cell.to_axis_values(np.asarray(replay.q))[:, :6]
-    real = np.asarray(text.kind) != Motion.CIRC_VIA
-    found = _first(axes, np.asarray(program.axes), real, POSTURE)
-    if found is not None:
-        return [_finding(f"{replay.cell.axis_names[found[1]]} runs elsewhere than was meant", found, text)]
+    real, q = np.asarray(text.kind) != Motion.CIRC_VIA, np.asarray(replay.q)
+    for start in range(0, len(q), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        axes = replay.cell.to_axis_values(q[part])[:, :6]
+        found = _first(axes, np.asarray(program.axes)[part], real[part], POSTURE)
+        if found is not None:
+            row, axis, apart = found
+            what = f"{replay.cell.axis_names[axis]} runs elsewhere than was meant"
+            return [_finding(what, (start + row, axis, apart), text)]
     return []
 
 
@@ -85,9 +90,9 @@ def _other_frame(text: ProgramText, program: Program) -> Finding | None:
         ("base", text.bases, np.asarray(text.base), base),
     ):
         read = np.stack([np.asarray(f.xyzabc) for f in frames])[used] if frames else np.full((len(program), 6), np.nan)
-        wrong = np.flatnonzero(posed & ~np.all(np.abs(read - meant) <= FRAME_PRINTED, axis=1))
-        if len(wrong):
-            row = int(wrong[0])
+        found = _first(read, meant, posed, FRAME_PRINTED)
+        if found is not None:
+            row = found[0]
             sentence = f"the text gives a {name} that was not meant, or none"
             return Finding("not-as-meant", sentence, Severity.ERROR, line=int(text.line[row]), point=row)
     return None
@@ -122,9 +127,13 @@ def _acts_otherwise(text: ProgramText, wanted: MeantActions) -> Finding | None:
 
 def _first(read: Array, meant: Array, rows: NDArray[np.bool_], tolerance: float) -> tuple[int, int, float] | None:
     """(row, column, difference) of the first difference that is too large."""
-    apart = np.abs(read - meant)
-    off = np.argwhere(rows[:, None] & ~(apart <= tolerance))
-    return None if not len(off) else (int(off[0, 0]), int(off[0, 1]), float(apart[tuple(off[0])]))
+    for start in range(0, len(read), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        apart = np.abs(read[part] - meant[part])
+        off = np.argwhere(rows[part, None] & ~(apart <= tolerance))
+        if len(off):
+            return start + int(off[0, 0]), int(off[0, 1]), float(apart[tuple(off[0])])
+    return None
 
 
 def _finding(text: str, found: tuple[int, int, float], program: ProgramText) -> Finding:

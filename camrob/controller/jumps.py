@@ -36,27 +36,28 @@ def axis_jumps(
     cell = replay.cell
     cp = np.flatnonzero(np.asarray(program.kind) >= Motion.LIN)
     cp = cp[cp > 0]
-    step = np.abs(np.asarray(replay.q)[cp] - np.asarray(replay.q)[cp - 1])
+    q = np.asarray(replay.q)
     speeds = cell.limits_of("speed")
     prismatic = np.array([joint.prismatic for joint in cell.joints])
     slack = np.where(prismatic, PRISMATIC_SLACK, REVOLUTE_SLACK)
-    allowed = np.full(step.shape, np.inf)
+    inside, time = np.empty(0, np.int64), np.empty(0)
     if coverage is not None and feed is not None:
         cutting = np.zeros(len(program), np.bool_)
         cutting[coverage.motion[np.isfinite(feed) & (coverage.motion >= 0)]] = True
         inside = np.flatnonzero(cutting[cp])
         time = _time(program, replay, cp[inside])
-        allowed[inside] = np.maximum(slack, TIMES_TOP_SPEED * speeds * time[:, None])
-    for i in cell.indices(Role.WORKPIECE):
-        if not prismatic[i]:
-            allowed[:, i] = np.minimum(allowed[:, i], MOST_TURN)
     findings = []
     for i, joint in enumerate(cell.joints):
-        leaps = np.flatnonzero(step[:, i] > allowed[:, i]) if joint.role is not Role.ROLL else np.empty(0, np.int64)
+        if joint.role is Role.ROLL:
+            continue
+        step = np.abs(q[cp, i] - q[cp - 1, i])
+        allowed = np.full(len(cp), MOST_TURN if joint.role is Role.WORKPIECE and not prismatic[i] else np.inf)
+        allowed[inside] = np.minimum(allowed[inside], np.maximum(slack[i], TIMES_TOP_SPEED * speeds[i] * time))
+        leaps = np.flatnonzero(step > allowed)
         if len(leaps):
-            worst = leaps[np.argmax(step[leaps, i])]
+            worst = leaps[np.argmax(step[leaps])]
             scale, unit = (m_to_mm(1.0), "mm") if joint.prismatic else (rad_to_deg(1.0), "degrees")
-            far, limit = float(step[worst, i]) * scale, float(allowed[worst, i]) * scale
+            far, limit = float(step[worst]) * scale, float(allowed[worst]) * scale
             text = f"{joint.name} leaps by {far:.1f} {unit} within one motion"
             findings.append(
                 Finding(

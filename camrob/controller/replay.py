@@ -34,9 +34,7 @@ __all__ = ["Replay", "base_offsets", "base_poses", "program_cell", "program_cell
 
 Array = NDArray[np.float64]
 
-_ROWS = (
-    16_384  # motions that are worked on at once: whole arrays of what lies between would be a long program's largest
-)
+_CHUNK = 16_384  # motions that are worked on at once: bounds the memory
 SAMPLE_LENGTH = 0.005  # m between samples of a motion
 SAMPLE_ANGLE = 0.0175  # rad, of the tool or a table
 SAMPLES = 2.0  # a motion at the least: its middle and its end
@@ -130,8 +128,8 @@ def base_poses(program: ProgramText, cell: Cell, q_external: Array) -> tuple[Arr
         findings.append(Finding("base-unknown", "the program does not say its base frame; the cell's base is taken"))
     known = _known_bases(program)
     poses = np.empty((len(program), 4, 4))
-    for start in range(0, len(program), _ROWS):
-        rows = slice(start, start + _ROWS)
+    for start in range(0, len(program), _CHUNK):
+        rows = slice(start, start + _CHUNK)
         program_T_tool = pose(
             abc_to_rotation(deg_to_rad(np.asarray(program.pose[rows, 3:]))), mm_to_m(np.asarray(program.pose[rows, :3]))
         )
@@ -321,7 +319,7 @@ class _Run:
         """Follow the LIN and CIRC motions start .. stop, some at a time."""
         findings: list[Finding] = []
         while start < stop and not self.failed:
-            end = min(start + _ROWS, stop)
+            end = min(start + _CHUNK, stop)
             while end < stop and self.program.kind[end - 1] == Motion.CIRC_VIA:
                 end += 1
             findings += self._continuous(start, end)

@@ -68,7 +68,7 @@ class ReadBack:
 def cover_toolpath(text: ProgramText, replayed: Replay, inputs: JobInputs) -> tuple[Coverage, Array]:
     """How a program covers the job's CL points, and their feeds (N,), m/s, NaN in air."""
     path = inputs.path
-    own = path.of_toolpath
+    own = _rows(path.of_toolpath)
     coverage = cover_stretches(
         np.asarray(path.base_T_tip)[own],
         path.line[own],
@@ -79,6 +79,14 @@ def cover_toolpath(text: ProgramText, replayed: Replay, inputs: JobInputs) -> tu
         chord_tolerance=inputs.setup.decimate,
     )
     return coverage, np.where(path.cutting[own], path.feed[own], np.nan)
+
+
+def _rows(mask: NDArray[np.bool_]) -> slice | NDArray[np.bool_]:
+    """The same rows, as a slice where nothing lies between them: of a long path's poses that is no copy."""
+    here = np.flatnonzero(mask)
+    if len(here) and here[-1] - here[0] + 1 == len(here):
+        return slice(int(here[0]), int(here[-1]) + 1)
+    return mask
 
 
 def hold_to_tool(replayed: Replay, inputs: JobInputs, coverage: Coverage | None = None) -> list[Finding]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
@@ -17,10 +18,13 @@ from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["POINT_ENDS_MM", "POSTURE_DEG", "POSTURE_MM", "hold_to_solution"]
 
+Array = NDArray[np.float64]
+
 # a motion ends at a CL point where it ends this near to it: twice what rounding can make of a point
 POINT_ENDS_MM = 0.002
 POSTURE_DEG = 0.05  # what rounding of a pose can move an axis by, near a straight wrist too
 POSTURE_MM = 1e-3  # a printed E1 has four decimals
+_CHUNK = 16_384  # points that are looked at at once: bounds the memory
 
 
 def hold_to_solution(
@@ -38,24 +42,27 @@ def hold_to_solution(
     apart = np.linalg.norm(np.asarray(replay.base_T_tool)[row, :3, 3] - np.asarray(path.base_T_tip)[own, :3, 3], axis=1)
     ends = m_to_mm(apart) <= POINT_ENDS_MM
     own, row = own[ends], row[ends]
-    wanted = [np.asarray(solution.q)[own]]
-    revised = {r.point: r for r in solution.revisions if r.kept}
-    if revised:  # the point is reached in one posture and left in another: either counts
-        before = wanted[0].copy()
-        for at in np.flatnonzero(np.isin(own, list(revised))).tolist():
-            before[at] = revised[int(own[at])].q[0]
-        wanted.append(before)
     real = [j for j, joint in enumerate(cell.joints) if joint.role is not Role.ROLL]
     tolerance = np.array([_tolerance(cell, j) for j in real])
-    read = np.asarray(replay.q)[row][:, real]
-    off = np.min([np.max(np.abs(read - w[:, real]) / tolerance, axis=1) for w in wanted], axis=0, initial=np.inf)
+
+    def off(point: NDArray[np.int64], motion: NDArray[np.int64], q: Array) -> Array:
+        """How far the joints of motions (M,) are from postures q of the points (M,) in tolerances, (M, K)."""
+        return np.asarray(np.abs(np.asarray(replay.q)[motion][:, real] - q[point][:, real]) / tolerance)
+
+    fits = np.zeros(len(own), np.bool_)  # what is no number is no posture either
+    for start in range(0, len(own), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        fits[part] = off(own[part], row[part], np.asarray(solution.q)).max(axis=1, initial=0.0) <= 1.0
+    for revision in solution.revisions:
+        if revision.kept:  # the point is reached in one posture and left in another: either counts
+            at = np.flatnonzero(own == revision.point)
+            fits[at] |= off(np.zeros_like(at), row[at], np.asarray(revision.q)).max(axis=1, initial=0.0) <= 1.0
     findings = []
-    astray = ~(off <= 1.0)  # what is no number is no posture either
-    if astray.any():
-        k = int(np.argmax(astray))
-        worst = int(np.argmax(np.abs(read[k] - wanted[0][k, real]) / tolerance))
+    if not fits.all():
+        k = int(np.argmin(fits))
+        worst = int(np.argmax(off(own[k : k + 1], row[k : k + 1], np.asarray(solution.q))))
         joint = cell.joints[real[worst]]
-        apart_by = float(np.abs(read[k, worst] - wanted[0][k, real[worst]]))
+        apart_by = float(np.abs(replay.q[row[k], real[worst]] - solution.q[own[k], real[worst]]))
         value, unit = (m_to_mm(apart_by), "mm") if joint.prismatic else (rad_to_deg(apart_by), "degrees")
         what = f"{joint.name} is not where it was solved to be, by {value:.4f} {unit}"
         findings.append(Finding("not-as-solved", what, Severity.ERROR, line=int(text.line[row[k]]), axis=joint.name))
@@ -68,9 +75,9 @@ def _tolerance(cell: Cell, joint: int) -> float:
 
 def _said_twice(text: ProgramText) -> list[Finding]:
     """An error where two LINs in a row lead to the same target: approximation would stop there, and the tool dwell."""
-    targets = np.concatenate([np.asarray(text.pose), np.asarray(text.external)], axis=1)
     lin = np.asarray(text.kind) == Motion.LIN
-    again = np.flatnonzero(lin[1:] & lin[:-1] & np.all(targets[1:] == targets[:-1], axis=1)) + 1
+    same = [np.all(target[1:] == target[:-1], axis=1) for target in (np.asarray(text.pose), np.asarray(text.external))]
+    again = np.flatnonzero(lin[1:] & lin[:-1] & same[0] & same[1]) + 1
     if not len(again):
         return []
     return [

@@ -12,7 +12,6 @@ from camrob.controller.replay import Replay
 from camrob.jobs.files.files import staged_output
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
-from camrob.report.page.figures import place_picture
 from camrob.report.verify.page import PICTURES, VerifiedMotions, verify_report
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
@@ -50,6 +49,10 @@ def _pictures(text: ProgramText, replayed: Replay, remarks: Sequence[JudgedRemar
     for line in dict.fromkeys(r.line for r in remarks if r.line and not r.file):
         rows = np.flatnonzero((np.asarray(text.line) == line) & known)
         if len(rows) and len(out) < PICTURES:
+            from camrob.report.page.figures import (
+                place_picture,
+            )  # brings matplotlib: only where there is something to show
+
             at = int(rows[0])
             cell = replayed.cells[int(replayed.mounted[at])]
             out[line] = place_picture(cell, np.asarray(replayed.q)[at], np.nan_to_num(base_p), shown)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import KrlError
 from camrob.findings import Severity, collapse
+from camrob.frozen import sealed
 from camrob.languages.krl.reader.control_flow import Flow, leave_loop
 from camrob.languages.krl.reader.expressions import Expression, Unknown, Value, place_of
 from camrob.languages.krl.reader.known import MESSAGES
@@ -97,7 +98,7 @@ class _Reader:
         machine = self._machine
         columns = machine.rows.columns()
         used = [k for k in range(6) if (columns["external"][:, k] == columns["external"][:, k]).any()]
-        columns["external"] = columns["external"][:, used]
+        columns["external"] = sealed(columns["external"][:, used])
         tools, bases = (_used(machine.frames[name], columns, name) for name in ("tool", "base"))
         return ProgramText(
             name=main.main.name,

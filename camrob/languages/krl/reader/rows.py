@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import KrlError
+from camrob.frozen import sealed
 from camrob.languages.krl.reader.line_scan import COMPONENTS
 from camrob.program.motion import Motion
 
@@ -159,10 +160,11 @@ class KrlRows:
             self._blocks[-1] = {**self._blocks[-1], "blend": blend}
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """All rows, by the names of `ProgramText`'s fields; `external` with all of E1..E6."""
+        """All rows, by the names of `ProgramText`'s fields; `external` with all of E1..E6. They are given away: none is left."""
         self._flush()
-        empty = {n: np.empty((0, w) if w > 1 else (0,), dtype=t) for n, w, t in _COLUMNS}
-        return {name: np.concatenate([block[name] for block in (empty, *self._blocks)]) for name in empty}
+        blocks = [{n: np.empty((0, w) if w > 1 else (0,), dtype=t) for n, w, t in _COLUMNS}, *self._blocks]
+        self._blocks = []
+        return {name: sealed(np.concatenate([block.pop(name) for block in blocks])) for name, _, _ in _COLUMNS}
 
     def _flush(self) -> None:
         """Turns the rows that came one at a time into a block."""
