@@ -27,6 +27,7 @@ from numba.core import event  # noqa: E402
 
 import camrob  # noqa: E402
 from camrob.compiled import Kernel  # noqa: E402
+from camrob.jobs.studies.weld import weld  # noqa: E402
 from camrob.warm.signatures import spelled  # noqa: E402
 
 OUT = ROOT / "camrob/warm/kernels.json"
@@ -129,7 +130,44 @@ def no_closed_form() -> None:
     camrob.post(SAMPLE, cell=cell, out=DONE / "no_closed_form")
 
 
-JOBS = {job.__name__: job for job in (post, planned, accurate, simulate, diagnose, refused, screws, no_closed_form)}
+def proved() -> None:
+    """A plan whose price is bounded: upright waypoints, and the globe's, which lean."""
+    globe = ROOT / "toolpaths/globe/globe.cls"
+    camrob.post(SAMPLE, cell=CELL, out=DONE / "proved", method="planned", prove=20.0, report=False)
+    camrob.post(globe, cell=CELL, out=DONE / "proved_leaning", method="planned", prove=60.0, report=False)
+
+
+def decimated() -> None:
+    """Points that a program can do without."""
+    folder = DONE / "decimated"
+    shutil.copytree(SAMPLE.parent, folder)
+    setup = folder / "setup.toml"
+    setup.write_text(f"decimate_mm = 0.01\n{setup.read_text()}")
+    camrob.post(folder / SAMPLE.name, cell=CELL, out=folder / "out", report=False)
+
+
+def corrected() -> None:
+    """A calibration, and the program that it makes."""
+    camrob.calibrate(DONE / "log.csv", cell=CELL, out=DONE / "calibration.toml")
+    camrob.compensate(
+        DONE / "post/engraving.src", cell=CELL, calibration=DONE / "calibration.toml", out=DONE / "corrected"
+    )
+
+
+def tuned() -> None:
+    camrob.tune_engines(CELL, on=[SAMPLE], out=DONE / "tuned", budget=3, seeds=1, points=40)
+
+
+def welded() -> None:
+    weld(cell=ROOT / "cells/ta1400_weld", out=DONE / "welded")
+
+
+JOBS = {
+    job.__name__: job
+    for job in (
+        post, planned, accurate, simulate, diagnose, refused, screws, no_closed_form, proved, decimated, corrected, tuned, welded,
+    )
+}  # fmt: skip
 
 
 def _noting_calls() -> set[str]:

@@ -68,7 +68,7 @@ def save_solution(path: Path, cell: Cell, q: Array, text: ProgramText) -> None:
         axis_names=np.array(cell.axis_names),
         line=np.asarray(text.line),
         region=np.zeros(len(q), np.int32),
-        inv_kf=inverse_kf_many(chain_arrays(cell), q),
+        inv_kf=inverse_kf_many(chain_arrays(cell), np.array(q)),
         s=m_to_mm(length),
     )
 

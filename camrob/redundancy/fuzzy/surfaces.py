@@ -131,7 +131,7 @@ def table_error(system: FuzzySystem, *, even: bool = False, points: int = 2000, 
     place = np.zeros((points, 3))
     place[:, :inputs] = x
     read = np.empty((points, values.shape[3]))
-    _read_many(np.ascontiguousarray(values), *(np.asarray(g) for g in grids), place, read)
+    _read_many(np.array(values, order="C"), *(np.array(g) for g in grids), place, read)
     exact = system.evaluate_grid(x)
     worst = np.max(np.abs(read / exact - 1.0), axis=1)
     k = int(np.argmax(worst))
