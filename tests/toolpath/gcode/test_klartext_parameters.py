@@ -1,4 +1,6 @@
-"""Heidenhain's parameters: those of cycles are the program's own, and QL and QR beside Q, in tool calls and repeats, too."""
+"""Heidenhain's parameters: those of cycles are the program's own, and QL and QR beside Q, in tool calls and repeats, too; and
+datum shifts as posts and people write them.
+"""
 
 from __future__ import annotations
 
@@ -85,4 +87,34 @@ def test_speed_and_feed_of_a_tool_call_by_parameters(tmp_path: Path) -> None:
 def test_what_the_file_does_not_say_is_refused(tmp_path: Path, text: str, why: str) -> None:
     (tmp_path / "a.h").write_text("BEGIN PGM A MM\n" + text + OVER + "L X5 F9\nM30\n", encoding="utf-8")
     with pytest.raises(ToolpathError, match=why):
+        read_toolpath(tmp_path / "a.h")
+
+
+@pytest.mark.parametrize(
+    ("shift", "end"),
+    [
+        (
+            "CYCL DEF 7.0 NULLPUNKT\nCYCL DEF 7.1  X + 10\nCYCL DEF 7.2  Y - 5\n",
+            "CYCL DEF 7.0\nCYCL DEF 7.1 X0\nCYCL DEF 7.2 Y0\n",
+        ),
+        ("TRANS DATUM AXIS X+10 Y-5\n", "TRANS DATUM RESET\n"),
+        ("TRANS DATUM AXIS X+4\nTRANS DATUM AXIS IX+6 Y-5\n", "TRANS DATUM RESET\n"),
+    ],
+)
+def test_a_datum_shift(tmp_path: Path, shift: str, end: str) -> None:
+    """Blanks beside signs, which were passed over with their shift, and the newer words for it."""
+    text = (
+        OVER + shift + "L X + 0 Y + 0 FMAX\nL Z + 0 F500\nL X + 20\nL Z+9 FMAX\n" + end + "L X+0 Y+0 FMAX\nL Z-1 F500\n"
+    )
+    assert _cuts(_both(tmp_path, text)) == [[10.0, -5.0, 0.0], [30.0, -5.0, 0.0], [0.0, 0.0, -1.0]]
+
+
+def test_a_radius_in_steps(tmp_path: Path) -> None:
+    cuts = _cuts(_both(tmp_path, OVER + "CC X+10 Y+0\nL Z+0 F500\nLP IPR+5 PA+90\n"))
+    assert cuts[-1] == [10.0, 15.0, 0.0]
+
+
+def test_a_shift_that_can_t_be_read_is_not_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "a.h").write_text("BEGIN PGM A MM\n" + OVER + "CYCL DEF 7.1 X=10\nL X5 F9\nM30\n", encoding="utf-8")
+    with pytest.raises(ToolpathError, match=r"a\.h:4: a datum shift by 'X=10'"):
         read_toolpath(tmp_path / "a.h")

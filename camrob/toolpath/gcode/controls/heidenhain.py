@@ -38,9 +38,13 @@ _GRAMMAR = Grammar(
 _FN = {"0": None, "1": "+", "2": "-", "3": "*", "4": "/", "5": "SQRT", "6": "SIN", "7": "COS"}
 _BETWEEN = {"1": r" ?\+ (?=[-+Q0-9])", "2": r" ?- (?=[-+Q0-9])", "3": r" ?\* ?", "4": r" ?DIV ?"}
 _IF = {"9": "EQ", "10": "NE", "11": "GT", "12": "LT"}
-_JUMP = re.compile(r"FN ?(9|10|11|12): ?IF ?(.+?) (?:EQU|NE|GT|LT) ?(.+?) GOTO LBL ?(.+)$")
-_ASSIGN = re.compile(r"FN ?([0-7]): ?(Q[LR]?[0-9]+) ?= ?(.+)$")
+_JUMP = re.compile(r"FN ?(9|10|11|12) ?: ?IF ?(.+?) (?:EQU|NE|GT|LT) ?(.+?) GOTO LBL ?(.+)$")
+_ASSIGN = re.compile(r"FN ?([0-7]) ?: ?(Q[LR]?[0-9]+) ?= ?(.+)$")
 _DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the control can be set to write it
+_SPACED = re.compile(
+    r"(?:L|LN|C|CR|CP|LP|CC|TOOL|TRANS|PLANE|CYCL CALL|CYCL DEF [1-9][0-9]?\.)"
+)  # X + 90 is X+90 there
+_SIGN = re.compile(r"(?<=[A-Z]) ?([-+]) ?(?=[.0-9Q])|(?<=DR) (?=[-+])")
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+|Q[LR]?[0-9]+)(?: ?/ ?(?:[0-9]+|Q[LR]?[0-9]+))?)?$')
 _BARE_CYCLE = re.compile(r"CYCL DEF [2-4][0-9][0-9](?![.0-9])(?!.*Q[0-9]+ ?=).*")  # its parameters stand behind it
@@ -221,6 +225,7 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
             out[-1] = (out[-1][0], f"{out[-1][1]} {text}")
         else:
             text = re.sub(r"^/? ?(?:N?[0-9]+(?: |$))?/? ?", "", text)
+            text = _SIGN.sub(r"\1", text) if _SPACED.match(text) else text
             if text:
                 out.append((number, text))
                 listed = _BARE_CYCLE.fullmatch(text) is not None

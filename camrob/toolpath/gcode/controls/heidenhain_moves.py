@@ -21,6 +21,7 @@ from camrob.toolpath.gcode.controls.heidenhain_words import (
     offset_blocks,
     placed,
     polar,
+    shifts,
     tool_call,
 )
 from camrob.toolpath.gcode.corner import Corner
@@ -94,6 +95,8 @@ class HeidenhainMoves:
             yield from self._set_plane(text, line)
         elif text.startswith("CYCL DEF"):
             yield from self._define(text[8:].strip(), line)
+        elif text.startswith(("TRANS DATUM AXIS ", "TRANS DATUM RESET")):
+            yield from self._datum(text[17:].strip() or "X0 Y0 Z0", line)
         elif text.startswith("CYCL CALL"):
             yield from self._called(text, line)
         elif _TCPM.fullmatch(text) or text.startswith("FUNCTION RESET TCPM"):
@@ -304,8 +307,10 @@ class HeidenhainMoves:
     def _define(self, text: str, line: int) -> Iterator[Block]:
         number, _, rest = text.partition(" ")
         main = number.partition(".")[0]
+        if number == "7.0":
+            return  # a heading
         if main == "7":
-            yield from self._datum(rest, line)
+            yield from self._datum(rest.strip(), line)
         elif main == "392":  # how fast the machine may be with its load
             self.cycle.parameters(rest)
         elif main == "32" or (self._plane is None and _UPRIGHT.fullmatch(text)):
@@ -345,16 +350,10 @@ class HeidenhainMoves:
 
     def _datum(self, rest: str, line: int) -> Iterator[Block]:
         """CYCL DEF 7.1 X+10, or all in one."""
-        found = re.findall(rf"(I?)([XYZABC]) ?({VALUE})", rest)
-        if not found:
-            if "#" in rest:
-                raise ToolpathError("a datum of the machine's table", hint="shift by X, Y, Z")
-            return
+        found = shifts(rest)
         if self._plane is not None and all(not more and not self._value(text) for more, _, text in found):
             self._shift |= {letter: 0.0 for _, letter, _ in found if letter in self._shift}
-            self._unsettled = (
-                True  # which of the two goes first doesn't count where nothing moves before the plane's end
-            )
+            self._unsettled = True  # which goes first doesn't count where nothing moves before the plane's end
             return
         if (self._plane is not None or self._frames.set) and any(
             (self._value(text) if more else self._value(text) - self._shift.get(k, 0.0)) for more, k, text in found

@@ -29,6 +29,7 @@ __all__ = [
     "offset_blocks",
     "placed",
     "polar",
+    "shifts",
     "tool_call",
 ]
 
@@ -45,7 +46,7 @@ VALUE = r"[-+]?(?:[0-9.]+|Q[LR]?[0-9]+)"
 """A number or a parameter, as a pattern."""
 
 _WORD = re.compile(
-    r"(I?PA|PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F[UZ]|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|R(?= |$)|S)"
+    r"(I?PA|I?PR|I?[XYZABC]|[NT][XYZ]|DR(?=[-+]?(?: |$|[A-Z]))|FMAX|F AUTO|F[UZ]|F|M|R0(?![0-9.])|RL|RR|R(?=[-+0-9Q])|R(?= |$)|S)"
     r" ?([-+]?(?:Q[LR]?[0-9]+|[0-9]*\.?[0-9]+\.?)|[-+](?= |$|[A-Z]))? ?"
 )
 
@@ -73,6 +74,8 @@ def motion_words(text: str) -> tuple[dict[str, str], list[int]]:
             codes.append(int(value))
             if value == "140":
                 raise ToolpathError("M140 in a motion", hint="give it a block of its own")
+        elif name == "F" and 103 in codes:
+            raise ToolpathError("M103 F changes the feed of plunges, and is not read", hint="post without it")
         elif name in words:
             raise ToolpathError(f"the word {name} appears twice in one block", hint="split the block")
         else:
@@ -167,7 +170,9 @@ def polar(
         raise ToolpathError(f"{kind} from an unknown place", hint="name X and Y before it")
     here = 0.0 if x is None or y is None else rad_to_deg(math.atan2(y - cy, x - cx))
     radius = value(words["PR"]) if words.get("PR") else math.hypot((x or 0.0) - cx, (y or 0.0) - cy)
-    if kind == "CP" and "PR" in words:
+    if words.get("IPR"):
+        radius += value(words["IPR"])
+    if kind == "CP" and {"PR", "IPR"} & set(words):
         raise ToolpathError("CP with PR", hint="CP keeps the radius of its start")
     turns = 1
     if "IPA" in words:
@@ -193,6 +198,15 @@ def offset_blocks(words: dict[str, str], line: int) -> Iterator[Block]:
     for word, code in (("R0", 400), ("RL", 410), ("RR", 420)):
         if word in words:
             yield Block(line, {}, (code,))
+
+
+def shifts(text: str) -> list[tuple[str, str, str]]:
+    """A datum shift's steps ("I" or nothing), axes and values. Raises ToolpathError for one that says more than these."""
+    if "#" in text:
+        raise ToolpathError("a datum of the machine's table", hint="shift by X, Y, Z")
+    if re.fullmatch(rf"(?:I?[XYZABC] ?{VALUE} ?)*", text) is None:
+        raise ToolpathError(f"a datum shift by {text[:24]!r} is not read", hint="shift by X, Y, Z")
+    return re.findall(rf"(I?)([XYZABC]) ?({VALUE})", text)
 
 
 class ToolCall(NamedTuple):

@@ -38,6 +38,7 @@ REFUSED = {
     "AROT": "a turned frame (AROT about X or Y)",
     "CASE": "a branch by CASE",
     "RNDM": "rounding of all corners (RNDM)",
+    "FB": "a feed of one block (FB)",
     "FRC": "a feed of corners (FRC)",
     "FRCM": "a feed of corners (FRCM)",
     "ROTS": "a turned frame (ROTS)",

@@ -24,7 +24,7 @@ from camrob.witness.cl.running.ordered import Ordered, Row
 __all__ = ["KlartextReader"]
 
 _TOKEN = re.compile(
-    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|PR|I?[XYZABC]|[NT][XYZ]|F[UZ]|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
+    rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|I?PR|I?[XYZABC]|[NT][XYZ]|F[UZ]|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
 _NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|392)\b|END PGM)")
 _NO_CYCLE = "a cycle call without a cycle that is read"
@@ -59,7 +59,7 @@ class KlartextReader(ForeignReader):
             if (goes_on or cycle) and rows:
                 rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
             elif row := re.sub(r"^/? ?(?:N?\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
-                rows.append((i, row))
+                rows.append((i, klartext_values.joined_signs(row)))
                 cycle = bool(re.match(r"CYCL DEF [2-4]\d\d\b(?!\.)", row)) and "=" not in row
             goes_on = raw.rstrip().endswith("~")
         first = next((k for k, (_, row) in enumerate(rows) if row.startswith("BEGIN PGM")), 0)
@@ -107,8 +107,8 @@ class KlartextReader(ForeignReader):
             self._hole(codes, line)
         elif row.startswith("TOOL CALL"):
             self._tool(row[9:].strip(), line)
-        elif row.startswith("CYCL DEF"):
-            self._defined(row[8:].strip(), line)
+        elif row.startswith(("CYCL DEF", "TRANS DATUM AXIS ")):
+            self._defined(row.replace("TRANS DATUM AXIS", "7.1").removeprefix("CYCL DEF").strip(), line)
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M0*(\d+)", row)
             for first in (True, False):

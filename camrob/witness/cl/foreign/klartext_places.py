@@ -54,6 +54,8 @@ def polar_end(
     """
     cx, cy = pole.at
     radius, more = math.hypot(*off), list[str]()
+    if "IPR" in words and kind == "LP":
+        radius += float(words.pop("IPR"))
     if "PR" in words:
         if kind == "CP":
             raise UnreadError("CP with PR")

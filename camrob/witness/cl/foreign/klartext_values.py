@@ -8,7 +8,7 @@ from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, klartext_hole
 from camrob.witness.cl.foreign.foreign_words import UnreadError
 
-__all__ = ["ARC_BY_MACHINE", "FEED_BY_TOOL", "NUMBER", "CycleInForce", "feed_words", "tool_words"]
+__all__ = ["ARC_BY_MACHINE", "FEED_BY_TOOL", "NUMBER", "CycleInForce", "feed_words", "joined_signs", "tool_words"]
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 """A number, as a pattern."""
@@ -17,6 +17,14 @@ FEED_BY_TOOL = "a feed per tooth, or one per turn behind another speed"
 """Of programs that camrob refuses, beside: nothing that is made of one can be right."""
 _AT_ONCE = "99999"  # a feed that stands for FMAX
 _FIRST_OF_CYCLES = 200  # parameters from here on are those of cycles
+
+
+def joined_signs(row: str) -> str:
+    """X + 90 as X+90, where no formula and no parameter of a cycle stands; 7.1 without axes for a shift that ends."""
+    row = "TRANS DATUM AXIS X+0 Y+0 Z+0" if row == "TRANS DATUM RESET" else row
+    if row.startswith(("FN", "Q", "*", "BLK")) or "=" in row:
+        return row
+    return re.sub(r"(?<=[A-Z])\s?([-+])\s?(?=[.\dQ])", r"\1", row).replace("DR -", "DR-").replace("DR +", "DR+")
 
 
 def tool_words(text: str) -> tuple[str | None, str | None, str | None]:
