@@ -74,7 +74,6 @@ def test_repeats_in_one_another(klartext):
         "4 CALL LBL 9\n5 M30\n",
         "4 LBL 1\n5 CALL LBL 1 REP99999999999\n",
         "4 CALL LBL 1\n5 M30\n6 LBL 1\n7 L X+1\n",
-        "4 LBL 0\n5 M30\n",
         "4 Q1 = 0.1 * 3\n5 FN 9: IF +Q1 EQU +0.3 GOTO LBL 1\n6 LBL 1\n",
         "4 FN 9: IF +Q7 EQU +0 GOTO LBL 1\n5 LBL 1\n",
         "4 FN 9: IF +1 NE +0 GOTO LBL 1\n5 LBL 1\n",

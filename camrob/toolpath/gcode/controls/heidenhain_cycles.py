@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_words import VALUE
 from camrob.toolpath.gcode.lexer import Block
+from camrob.units import deg_to_rad
 
-__all__ = ["CYCLES", "RAPID", "Cycle", "place_of"]
+__all__ = ["CYCLES", "RAPID", "Cycle", "Places", "pattern_of", "places_of", "repeated"]
+
+Places = list[dict[str, float]]
+"""X and Y of places at which a cycle is done, in the program's unit."""
 
 # Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement,
 # 239 pitch of a thread
@@ -22,6 +27,7 @@ _NEEDED = {
     240: (200, 201, 203, 204, 206, 343),
 }
 CYCLES = frozenset(_NEEDED)
+_MOST_PLACES = 10_000  # of a pattern
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit
 RAPID = 99999.0
@@ -53,6 +59,7 @@ class Cycle:
 
     def parameters(self, text: str) -> dict[int, float]:
         """Those that a CYCL DEF gives, by their Q numbers; the program's hold them from then on."""
+        text = re.sub(r"(?<=[-+]) (?=[.0-9Q])", "", text)
         found = {int(k): v for k, v in re.findall(rf"\bQ([0-9]+) ?= ?({VALUE}|F ?AUTO|F ?MAX)", text)}
         values = {k: self._worth(v) for k, v in found.items()}
         for k, v in values.items():
@@ -69,6 +76,16 @@ class Cycle:
         if self._number:
             self._q[number] = value
             _check(self._number, self._q)
+
+    def again(self, number: int, text: str) -> Places:
+        """CYCL DEF 220 or 221: where the cycle in force is done at once, with the heights that they name."""
+        if not self._number:
+            raise ToolpathError(f"cycle {number} without a cycle before it", hint="define it before")
+        said = self.parameters(text)
+        places = repeated(number, said)
+        self._q |= {name: said[name] for name in (200, 203, 204)}
+        _check(self._number, self._q)
+        return places
 
     def drill(self, z: float | None, line: int, speed: float | None) -> Iterator[Block]:
         """The blocks of one hole from height `z`; `speed` is TOOL CALL's.
@@ -104,21 +121,98 @@ def _level(q: Mapping[int, float]) -> float:
     return q[203] + max(q[200], q[204])
 
 
-def place_of(text: str, value: Callable[[str], float]) -> tuple[list[int], dict[str, float] | None]:
-    """The M functions of CYCL CALL, and X and Y of CYCL CALL POS, else None. Raises ToolpathError for what is not read.
+def places_of(text: str, pattern: Places | None, value: Callable[[str], float]) -> tuple[list[int], Places | None]:
+    """The M functions of CYCL CALL, and X and Y of CYCL CALL POS, or those of `pattern` for CYCL CALL PAT, else None.
 
-    Z of CYCL CALL POS shifts the cycle, and is read as 0 only.
+    Raises ToolpathError for what is not read. Z of CYCL CALL POS shifts the cycle, and is read as 0 only.
     """
     codes = [int(n) for n in re.findall(r"\bM([0-9]+)", text)]
     if re.fullmatch(r"CYCL CALL(?: F[^ ]+| M[0-9]+)*", text):
         return codes, None
-    place = re.match(r"CYCL CALL POS((?: [XYZ] ?[-+]?[0-9.QLR]+)+)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
-    if place is None:
+    call = re.match(r"CYCL CALL P(?:OS((?: [XYZ] ?[-+]?[0-9.QLR]+)+)|AT)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
+    if call is None:
         raise ToolpathError(f"{text[:20]!r} is not read", hint="position by L, and call with CYCL CALL or M99")
-    to = {k: value(v) for k, v in re.findall(rf"([XYZ]) ?({VALUE})", place[1])}
-    if "FMAX" not in place[2].replace(" ", "") or to.pop("Z", None) != 0.0:
-        raise ToolpathError("CYCL CALL POS at a feed, or with another Z than 0", hint="Z+0 FMAX, the surface by Q203")
-    return codes, to
+    if "FMAX" not in call[2].replace(" ", ""):
+        raise ToolpathError(f"{text[:13]} at a feed", hint="call with FMAX")
+    if call[1] is None:
+        if pattern is None:
+            raise ToolpathError("CYCL CALL PAT without a pattern", hint="put PATTERN DEF before it")
+        return codes, pattern
+    to = {k: value(v) for k, v in re.findall(rf"([XYZ]) ?({VALUE})", call[1])}
+    if to.pop("Z", None) != 0.0:
+        raise ToolpathError("CYCL CALL POS with another Z than 0", hint="Z+0 FMAX, the surface by Q203")
+    return codes, [to]
+
+
+_PATTERN = re.compile(r" ?(POS|ROW|CIRC|PITCHCIRC)[0-9]+ ?\(([^()]*)\)")
+_OF_PATTERN = {
+    "POS": "X Y Z",
+    "ROW": "X Y D NUM ROT Z",
+    "CIRC": "X Y D START NUM Z",
+    "PITCHCIRC": "X Y D START STEP NUM Z",
+}
+
+
+def pattern_of(text: str, value: Callable[[str], float]) -> Places:
+    """The places of PATTERN DEF (TNC 640, "Machining Cycles", 2.3). Raises ToolpathError for fields, and for another Z."""
+    out: Places = []
+    at = 0
+    while at < len(text):
+        found = _PATTERN.match(text, at)
+        words = re.findall(rf"([A-Z]+) ?({VALUE})", found[2]) if found else []
+        if found is None or [name for name, _ in words] != _OF_PATTERN[found[1]].split():
+            raise ToolpathError(f"PATTERN DEF{text[at : at + 24]} is not read", hint="post each place by itself")
+        at, said = found.end(), {name: value(given) for name, given in words}
+        if said["Z"]:
+            raise ToolpathError("PATTERN DEF with another Z than 0", hint="name the surface by Q203")
+        if found[1] == "POS":
+            out.append({"X": said["X"], "Y": said["Y"]})
+        elif found[1] == "ROW":
+            out += _grid((said["X"], said["Y"]), (said["D"], 0.0), (_count(said["NUM"]), 1), said["ROT"])
+        else:
+            count = _count(said["NUM"])
+            out += _ring((said["X"], said["Y"]), said["D"], said["START"], said.get("STEP", 360.0 / count), count)
+    return out
+
+
+def _count(number: float) -> int:
+    if number % 1.0 or not 1.0 <= number <= _MOST_PLACES:
+        raise ToolpathError(f"a pattern of {number:g} places", hint="check the number")
+    return int(number)
+
+
+def _ring(center: tuple[float, float], diameter: float, start: float, step: float, count: int) -> Places:
+    angles = [deg_to_rad(start + step * i) for i in range(count)]
+    return [
+        {"X": center[0] + 0.5 * diameter * math.cos(a), "Y": center[1] + 0.5 * diameter * math.sin(a)} for a in angles
+    ]
+
+
+def _grid(start: tuple[float, float], steps: tuple[float, float], counts: tuple[int, int], turned: float) -> Places:
+    """Row by row, every second one from its far end; turned about the first place."""
+    c, s = math.cos(deg_to_rad(turned)), math.sin(deg_to_rad(turned))
+    out: Places = []
+    for row in range(counts[1]):
+        across = range(counts[0]) if row % 2 == 0 else range(counts[0] - 1, -1, -1)
+        for i in across:
+            u, v = steps[0] * i, steps[1] * row
+            out.append({"X": start[0] + c * u - s * v, "Y": start[1] + s * u + c * v})
+    return out
+
+
+def repeated(number: int, q: Mapping[int, float]) -> Places:
+    """Where cycles 220 (a circle) and 221 (rows) have the cycle before them done. Raises ToolpathError for values left out."""
+    needed = (216, 217, 244, 245, 247, 241) if number == 220 else (225, 226, 237, 238, 242, 243, 224)
+    if missing := [name for name in (*needed, 200, 203, 204) if name not in q]:
+        raise ToolpathError(f"cycle {number} without Q{missing[0]}", hint="name all its parameters")
+    if number == 221:
+        counts = _count(q[242]), _count(q[243])
+        return _grid((q[225], q[226]), (q[237], q[238]), counts, q[224])
+    if q[247] == 0.0 and q[241] > 1.0:
+        raise ToolpathError("cycle 220 by its last angle (Q247=0)", hint="name the step, Q247")
+    if q.get(365):
+        raise ToolpathError("cycle 220 with rapids along the circle (Q365)", hint="post each place by itself")
+    return _ring((q[216], q[217]), q[244], q[245], q[247], _count(q[241]))
 
 
 def _tapped(number: int, q: Mapping[int, float], line: int, speed: float | None) -> Iterator[Block]:

@@ -6,14 +6,13 @@ import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, Cycle, place_of
+from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, Cycle, Places, pattern_of, places_of
 from camrob.toolpath.gcode.controls.heidenhain_feeds import Feeds
 from camrob.toolpath.gcode.controls.heidenhain_words import (
     MACHINE,
     MODES,
     SILENT,
     STARTING,
-    VALUE,
     Frames,
     Pole,
     corner_of,
@@ -22,17 +21,16 @@ from camrob.toolpath.gcode.controls.heidenhain_words import (
     placed,
     polar,
     shifts,
+    spatial,
     tool_call,
 )
 from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.lexer import Block, Plane
-from camrob.toolpath.gcode.program_frame import euler
-from camrob.units import deg_to_rad
 
 __all__ = ["HeidenhainMoves"]
 
 _NOTHING_HERE = re.compile(
-    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|392)\b|FUNCTION MODE MILL|FUNCTION RESET|PATTERN DEF|M94\b"
+    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|392)\b|FUNCTION MODE MILL|FUNCTION RESET|M94\b"
 )
 _TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
 _MOTION = re.compile(r"(?:L|LN|C|CR|CP|LP|CYCL CALL) ")
@@ -41,8 +39,8 @@ _UPRIGHT = re.compile(r"19\.(?:0 .*|0|1(?: ?[ABC] ?[-+]?0*\.?0*)*)")  # a workin
 
 
 class HeidenhainMoves:
-    """Turns statements into blocks; `value` gives what a number or Q parameter is worth, `number_of` a tool's number by its name,
-    `keep` takes what a cycle gives a Q parameter. Positions in the program's unit.
+    """Turns statements into blocks, positions in the program's unit. value: of a number or Q parameter; number_of: a tool's by
+    its name; keep: takes what a cycle gives a Q parameter.
     """
 
     def __init__(
@@ -60,6 +58,7 @@ class HeidenhainMoves:
         self._plane: Plane = None
         self._unsettled = False  # within it the datum shift has ended
         self.cycle = Cycle(self._feeds.of_cycle, keep)
+        self._pattern: Places | None = None
         self._frames = Frames()
         self._preset: float | None = None  # the datum of the machine's table (247)
         self._moved = False  # the program has named a place of the part's
@@ -99,6 +98,8 @@ class HeidenhainMoves:
             yield from self._datum(text[17:].strip() or "X0 Y0 Z0", line)
         elif text.startswith("CYCL CALL"):
             yield from self._called(text, line)
+        elif text.startswith("PATTERN DEF"):
+            self._pattern = pattern_of(text[11:], self._value)
         elif _TCPM.fullmatch(text) or text.startswith("FUNCTION RESET TCPM"):
             self._tcp = "RESET" not in text
             yield Block(line, {}, m=(1280 if self._tcp else 1290,))
@@ -179,9 +180,7 @@ class HeidenhainMoves:
             return
         words, codes = motion_words(text)
         if "R" in words:
-            raise ToolpathError(
-                "R+ or R-: a positioning that is offset by the tool's radius", hint="post the path of the tool's centre"
-            )
+            raise ToolpathError("R+ or R-: a place offset by the tool's radius", hint="post the path of its centre")
         if self._tcp and {"NX", "NY", "NZ"} & set(words) and not {"TX", "TY", "TZ"} & set(words):
             raise ToolpathError(
                 "LN with a normal and no tool axis under M128", hint="post TX, TY, TZ, which say how the tool stands"
@@ -291,17 +290,11 @@ class HeidenhainMoves:
             if any(self._shift.values()):
                 yield Block(line, dict(self._shift), (520,))
             return
-        match = re.match(r"PLANE SPATIAL ((?:SP[ABC] ?[-+]?[0-9.QLR]+ ?){3})(.*)$", text)
-        if match is None:
-            raise ToolpathError(f"{text[:24]!r} is not read", hint="post with PLANE SPATIAL SPA SPB SPC")
-        angles = {k: deg_to_rad(self._value(v)) for k, v in re.findall(rf"SP([ABC]) ?({VALUE})", match[1])}
-        if re.search(r"\bCOORD ROT\b|\bTABLE ROT\b", match[2]) is None and set(angles) != set("ABC"):
-            raise ToolpathError("PLANE SPATIAL without its three angles", hint="name SPA, SPB and SPC")
-        rotation = euler("321", (angles["C"], angles["B"], angles["A"]))
-        self._plane = (tuple(rotation.ravel().tolist()), tuple(self._shift.values()))
+        turn, moves = spatial(text, self._value)
+        self._plane = (turn, tuple(self._shift.values()))
         if any(self._shift.values()):
             yield Block(line, dict.fromkeys("XYZ", 0.0), (520,))
-        yield Block(line, {}, plane=self._plane, aligned=not re.search(r"\bSTAY\b", match[2]))
+        yield Block(line, {}, plane=self._plane, aligned=moves)
         self._lose()
 
     def _define(self, text: str, line: int) -> Iterator[Block]:
@@ -330,6 +323,8 @@ class HeidenhainMoves:
             return  # a heading
         elif main.isdigit() and int(main) in CYCLES:
             self.cycle.define(int(main), rest)
+        elif main in ("220", "221"):
+            yield from self._drill_at(self.cycle.again(int(main), rest), line)
         elif main == "19":
             raise ToolpathError(
                 "CYCL DEF 19 with angles: a machine parameter says whether they are the plane's or the axes' own",
@@ -378,19 +373,22 @@ class HeidenhainMoves:
 
     def _called(self, text: str, line: int) -> Iterator[Block]:
         """CYCL CALL, or CYCL CALL POS: in rapid at the second clearance, or as high as the tool stands above it."""
-        codes, to = place_of(text, self._value)
+        codes, places = places_of(text, self._pattern, self._value)
         if self.cycle.defined:
             yield from self._codes([c for c in codes if c in STARTING], line)
-            codes = [c for c in codes if c not in STARTING]
-        if to is not None and self.cycle.defined:
+        yield from self._drill(line) if places is None else self._drill_at(places, line)
+        yield from self._codes([c for c in codes if c not in STARTING], line)
+
+    def _drill_at(self, places: Places, line: int) -> Iterator[Block]:
+        """The cycle in force at each place."""
+        for to in places:
             up = self.cycle.level
             if self._at["Z"] is None or self._at["Z"] < up:
                 yield Block(line, {"Z": up}, (0,))
                 self._at["Z"] = up
             yield Block(line, to, (0,))
             self._at.update(to)
-        yield from self._drill(line)
-        yield from self._codes(codes, line)
+            yield from self._drill(line)
 
     def _drill(self, line: int) -> Iterator[Block]:
         """The cycle in force where the tool stands."""

@@ -12,7 +12,7 @@ import numpy as np
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
 from camrob.toolpath.gcode.lexer import Block
-from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, mirrored, turned
+from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, euler, mirrored, turned
 from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "placed",
     "polar",
     "shifts",
+    "spatial",
     "tool_call",
 ]
 
@@ -207,6 +208,18 @@ def shifts(text: str) -> list[tuple[str, str, str]]:
     if re.fullmatch(rf"(?:I?[XYZABC] ?{VALUE} ?)*", text) is None:
         raise ToolpathError(f"a datum shift by {text[:24]!r} is not read", hint="shift by X, Y, Z")
     return re.findall(rf"(I?)([XYZABC]) ?({VALUE})", text)
+
+
+def spatial(text: str, value: Callable[[str], float]) -> tuple[tuple[float, ...], bool]:
+    """The turn of PLANE SPATIAL, row by row, and whether the rotary axes go along. Raises ToolpathError for other planes."""
+    match = re.match(r"PLANE SPATIAL ((?:SP[ABC] ?[-+]?[0-9.QLR]+ ?){3})(.*)$", text)
+    if match is None:
+        raise ToolpathError(f"{text[:24]!r} is not read", hint="post with PLANE SPATIAL SPA SPB SPC")
+    angles = {k: deg_to_rad(value(v)) for k, v in re.findall(rf"SP([ABC]) ?({VALUE})", match[1])}
+    if re.search(r"\bCOORD ROT\b|\bTABLE ROT\b", match[2]) is None and set(angles) != set("ABC"):
+        raise ToolpathError("PLANE SPATIAL without its three angles", hint="name SPA, SPB and SPC")
+    rotation = euler("321", (angles["C"], angles["B"], angles["A"]))
+    return tuple(rotation.ravel().tolist()), not re.search(r"\bSTAY\b", match[2])
 
 
 class ToolCall(NamedTuple):

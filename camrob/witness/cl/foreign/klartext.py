@@ -13,8 +13,9 @@ import numpy as np
 from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign import klartext_places, klartext_values
 from camrob.witness.cl.foreign.computed_values import Values
-from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here, spatial_plane
-from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.foreign_cycles import spatial_plane
+from camrob.witness.cl.foreign.foreign_words import UnreadError
+from camrob.witness.cl.foreign.klartext_calls import CALL, CycleCalls
 from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end
 from camrob.witness.cl.foreign.klartext_values import NUMBER
 from camrob.witness.cl.framing import mirror, stands_still, turning
@@ -27,15 +28,14 @@ _TOKEN = re.compile(
     rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|I?PR|I?[XYZABC]|[NT][XYZ]|F[UZ]|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
 _NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|392)\b|END PGM)")
-_NO_CYCLE = "a cycle call without a cycle that is read"
 
 
-class KlartextReader(ForeignReader):
+class KlartextReader(CycleCalls):
     """Tells what the statements of one file ask for."""
 
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
-        self._here: dict[str, float] = {}  # X, Y, Z as the program counts them, where they are known
+        self._here = {}
         named = {name.upper() for name in re.findall(r"TOOL CALL\s+(\"[^\"]*\"|\d+)", re.sub(r";.*", "", text), re.I)}
         self._lone = len(named) == 1
         self._computed = Values()
@@ -44,26 +44,14 @@ class KlartextReader(ForeignReader):
         self._preset = ""  # the datum of the machine's table (247)
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
         self._per_turn = False  # the feed in force is one of FU
-        self._drills: Hole | None = None
+        self._drills, self._pattern = None, ()
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
         self._unsure = self._shortest = False  # it has ended within the plane; M126
         self._pole: Pole | None = None
         super().read(text)
 
     def _statements(self, text: str) -> list[tuple[int, str]]:
-        rows: list[tuple[int, str]] = []
-        goes_on = cycle = False
-        for i, raw in enumerate(text.split("\n"), 1):
-            row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
-            cycle = cycle and bool(re.match(r"Q[2-4]\d\d ?= ?\S+$", row))  # values of a cycle, a line each
-            if (goes_on or cycle) and rows:
-                rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
-            elif row := re.sub(r"^/? ?(?:N?\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
-                rows.append((i, klartext_values.joined_signs(row)))
-                cycle = bool(re.match(r"CYCL DEF [2-4]\d\d\b(?!\.)", row)) and "=" not in row
-            goes_on = raw.rstrip().endswith("~")
-        first = next((k for k, (_, row) in enumerate(rows) if row.startswith("BEGIN PGM")), 0)
-        return [row for k, row in enumerate(rows) if k >= first or row[1][0] != "("]
+        return klartext_values.statements(text)
 
     def _order(self, rows: list[Row]) -> Ordered:
         return LabelRun(rows, self._computed.of)
@@ -95,19 +83,11 @@ class KlartextReader(ForeignReader):
             self._set_pole(rest)
         elif row.startswith("PLANE"):
             self._plane_of(row)
-        elif found := re.fullmatch(
-            rf"CYCL CALL( POS X ?({NUMBER}) Y ?({NUMBER}) Z ?[-+]?0+\.?0*(?= .*F ?MAX)( R0| F ?MAX)*)?(( M\d+| F ?MAX)*)",
-            row,
-        ):
-            codes = re.findall(r"M0*(\d+)", found[5])
-            if found[1]:
-                self._switch([code for code in codes if code in FIRST], line, first=True)
-                codes = [code for code in codes if code not in FIRST]
-                self._over(float(found[2]), float(found[3]), line)
-            self._hole(codes, line)
+        elif found := CALL.fullmatch(row):
+            self._call(found, line)
         elif row.startswith("TOOL CALL"):
             self._tool(row[9:].strip(), line)
-        elif row.startswith(("CYCL DEF", "TRANS DATUM AXIS ")):
+        elif row.startswith(("CYCL DEF", "PATTERN DEF", "TRANS DATUM AXIS ")):
             self._defined(row.replace("TRANS DATUM AXIS", "7.1").removeprefix("CYCL DEF").strip(), line)
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M0*(\d+)", row)
@@ -167,25 +147,6 @@ class KlartextReader(ForeignReader):
         self._here = {}
         for first in (True, False):
             self._switch(codes, line, first=first)
-
-    def _over(self, x: float, y: float, line: int) -> None:
-        """In rapid over a place, at the height where the cycle in force ends, or where the tool stands above that."""
-        if self._drills is None:
-            raise UnreadError(_NO_CYCLE)
-        if self._here.get("Z", -math.inf) < self._drills.level:
-            self._block(["G0", f"Z{self._drills.level:.9f}"], line)
-            self._here["Z"] = self._drills.level
-        self._block(["G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
-        self._here |= {"X": x, "Y": y}
-
-    def _hole(self, codes: list[str], line: int) -> None:
-        """The cycle in force where the tool stands."""
-        if self._drills is None:
-            raise UnreadError(_NO_CYCLE)
-        self._switch(codes, line, first=True)
-        drill_here(self, self._drills, line)
-        self._here["Z"] = self._drills.level
-        self._switch(codes, line, first=False)
 
     # -- words
 
@@ -359,7 +320,10 @@ class KlartextReader(ForeignReader):
             self._here.pop(letter, None)
 
     def _defined(self, text: str, line: int) -> None:
-        """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
+        """Datum shift (7), dwell (9), patterns, and cycles that move nothing (32, 247)."""
+        if text.startswith("PATTERN DEF"):
+            self._pattern = klartext_values.pattern_places(text)
+            return
         number, _, rest = re.sub(r"^(\d+) \.", r"\1.", text).partition(" ")
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:I?[XYZ]\s?{NUMBER}\s?)+", rest)
@@ -369,6 +333,9 @@ class KlartextReader(ForeignReader):
             return
         if main in ("200", "201", "203", "206", "207", "240"):
             self._drills = self._in_force.hole(main)
+        elif main in ("220", "221"):
+            self._drills, places = self._in_force.again(main)
+            self._holes(places, line)
         elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
             self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
             self._unsure = True

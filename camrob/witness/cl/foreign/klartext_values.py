@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, klartext_hole
 from camrob.witness.cl.foreign.foreign_words import UnreadError
+from camrob.witness.units import deg_to_rad
 
-__all__ = ["ARC_BY_MACHINE", "FEED_BY_TOOL", "NUMBER", "CycleInForce", "feed_words", "joined_signs", "tool_words"]
+__all__ = [
+    "ARC_BY_MACHINE",
+    "FEED_BY_TOOL",
+    "NUMBER",
+    "CycleInForce",
+    "feed_words",
+    "pattern_places",
+    "statements",
+    "tool_words",
+]
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 """A number, as a pattern."""
@@ -19,7 +30,24 @@ _AT_ONCE = "99999"  # a feed that stands for FMAX
 _FIRST_OF_CYCLES = 200  # parameters from here on are those of cycles
 
 
-def joined_signs(row: str) -> str:
+def statements(text: str) -> list[tuple[int, str]]:
+    """Statements with their lines: block numbers, comments and a sheet before the program off, lines of one joined."""
+    rows: list[tuple[int, str]] = []
+    goes_on = cycle = False
+    for i, raw in enumerate(text.split("\n"), 1):
+        row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
+        cycle = cycle and bool(re.match(r"Q[2-4]\d\d ?= ?\S+$", row))  # values of a cycle, a line each
+        if (goes_on or cycle) and rows:
+            rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
+        elif row := re.sub(r"^/? ?(?:N?\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
+            rows.append((i, _joined_signs(row)))
+            cycle = bool(re.match(r"CYCL DEF [2-4]\d\d\b(?!\.)", row)) and "=" not in row
+        goes_on = raw.rstrip().endswith("~")
+    first = next((k for k, (_, row) in enumerate(rows) if row.startswith("BEGIN PGM")), 0)
+    return [row for k, row in enumerate(rows) if k >= first or row[1][0] != "("]
+
+
+def _joined_signs(row: str) -> str:
     """X + 90 as X+90, where no formula and no parameter of a cycle stands; 7.1 without axes for a shift that ends."""
     row = "TRANS DATUM AXIS X+0 Y+0 Z+0" if row == "TRANS DATUM RESET" else row
     if row.startswith(("FN", "Q", "*", "BLK")) or "=" in row:
@@ -53,6 +81,36 @@ def feed_words(words: dict[str, str], turns: float | None) -> tuple[list[str], b
     return [f"F{float(words.pop('FU')) * turns:.9f}"], True
 
 
+def pattern_places(row: str) -> list[tuple[float, float]]:
+    """X and Y of PATTERN DEF's places: single ones, a row, a circle, a part of one. Raises UnreadError for others."""
+    out: list[tuple[float, float]] = []
+    rest = row.removeprefix("PATTERN DEF").strip()
+    while rest:
+        head = re.match(r"([A-Z]+)\d+\s?\(([^()]*)\)\s?", rest)
+        if head is None:
+            raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+        rest = rest[head.end() :]
+        said = {name: float(value) for name, value in re.findall(rf"([A-Z]+)\s?({NUMBER})", head[2])}
+        x, y, count = said.get("X", math.nan), said.get("Y", math.nan), int(said.get("NUM", 1.0))
+        if head[1] not in ("POS", "ROW", "CIRC", "PITCHCIRC") or math.isnan(x + y) or said.get("Z") != 0.0 or count < 1:
+            raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+        if head[1] == "POS":
+            out.append((x, y))
+        elif head[1] == "ROW":
+            along = deg_to_rad(said["ROT"])
+            out += [(x + k * said["D"] * math.cos(along), y + k * said["D"] * math.sin(along)) for k in range(count)]
+        else:
+            out += _on_circle((x, y), said["D"], said["START"], said.get("STEP", 360.0 / count), count)
+    return out
+
+
+def _on_circle(
+    middle: tuple[float, float], across: float, first: float, step: float, count: int
+) -> list[tuple[float, float]]:
+    rays = [deg_to_rad(first + k * step) for k in range(count)]
+    return [(middle[0] + across / 2.0 * math.cos(ray), middle[1] + across / 2.0 * math.sin(ray)) for ray in rays]
+
+
 class CycleInForce:
     """The cycle that a call runs, by parameters that are the program's own: what one is given behind the definition holds."""
 
@@ -63,6 +121,7 @@ class CycleInForce:
 
     def take(self, rest: str, called_feed: str) -> None:
         """The parameters that a CYCL DEF names; FAUTO is TOOL CALL's feed, FMAX as fast as can be."""
+        rest = re.sub(r"= ?([-+]) ", r"=\1", rest)
         for name in re.findall(r"\bQ\d+(?= ?=)", rest):
             self._computed.forget(name)
         plain = {int(k): float(v) for k, v in re.findall(rf"\bQ(\d+) ?= ?({NUMBER})(?![\d.])", rest)}
@@ -76,6 +135,27 @@ class CycleInForce:
         """That of the parameters taken last. Raises UnreadError for cycles that aren't read."""
         self._number, self._q = number, self._taken
         return klartext_hole(number, self._q)
+
+    def again(self, number: str) -> tuple[Hole, list[tuple[float, float]]]:
+        """Cycles 220 and 221, of the parameters taken last: the cycle before them at the heights that they name, and where.
+
+        Raises UnreadError without one, and for parameters left out.
+        """
+        q = self._taken
+        names = (216, 217, 241, 244, 245, 247) if number == "220" else (224, 225, 226, 237, 238, 242, 243)
+        known = self._number and {*names, 200, 203, 204} <= q.keys()
+        countable = all(q.get(name, 1.0) >= 1.0 and q.get(name, 1.0) % 1.0 == 0.0 for name in (241, 242, 243))
+        if not known or not countable or (number == "220" and (not q[247] or q.get(365))):
+            raise UnreadError(f"CYCL DEF {number} without a cycle, or its values")
+        if number == "220":
+            places = _on_circle((q[216], q[217]), q[244], q[245], q[247], int(q[241]))
+        else:
+            columns, rows, ray = int(q[242]), int(q[243]), deg_to_rad(q[224])
+            grid = [(k if row % 2 == 0 else columns - 1 - k, row) for row in range(rows) for k in range(columns)]
+            flat = [complex(k * q[237], row * q[238]) * complex(math.cos(ray), math.sin(ray)) for k, row in grid]
+            places = [(q[225] + z.real, q[226] + z.imag) for z in flat]
+        self._q = self._q | {name: q[name] for name in (200, 203, 204)}
+        return klartext_hole(self._number, self._q), places
 
     def given(self, name: str) -> Hole | None:
         """What Q201 = ... makes of the cycle in force, None where there is none. Raises UnreadError as above."""

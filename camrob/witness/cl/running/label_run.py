@@ -62,7 +62,8 @@ class LabelRun(Ordered):
 
     def _step(self, at: int, row: str) -> tuple[int, str]:
         if found := _LABEL.fullmatch(row):
-            return (self._return() if self._name(found[1]) == "0" else at + 1), ""
+            ends = self._name(found[1]) == "0" and self._frames  # one that isn't called is run through
+            return (self._return() if ends else at + 1), ""
         if call := _CALL.fullmatch(row):
             return (self._call(at, call[1]) if call[2] is None else self._repeat(at, call)), ""
         if jump := _JUMP.fullmatch(row):
@@ -70,8 +71,6 @@ class LabelRun(Ordered):
         return at + 1, row
 
     def _return(self) -> int:
-        if not self._frames:
-            raise UnreadError("LBL 0 of a subprogram that isn't called")
         frame = self._frames.pop()
         self._counts = frame.counts
         return frame.back + 1

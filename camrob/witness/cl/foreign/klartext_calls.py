@@ -1,0 +1,69 @@
+"""Heidenhain's cycle calls: where the tool stands, at a place, at the places of a pattern (TNC 640, "Machining Cycles")."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here
+from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.klartext_places import FIRST
+from camrob.witness.cl.foreign.klartext_values import NUMBER
+
+__all__ = ["CALL", "CycleCalls"]
+
+CALL = re.compile(
+    rf"CYCL CALL( POS X ?({NUMBER}) Y ?({NUMBER}) Z ?[-+]?0+\.?0*(?= .*F ?MAX)( R0| F ?MAX)*| PAT(?= .*F ?MAX))?"
+    r"(( M\d+| F ?MAX)*)"
+)
+"""A call: a place, or a pattern; M functions."""
+_NO_CYCLE = "a cycle call without a cycle that is read"
+
+
+class CycleCalls(ForeignReader):
+    """A reader that has a cycle in force (`_drills`), a pattern's places, and X, Y, Z as the program counts them (`_here`)."""
+
+    _here: dict[str, float]
+    _drills: Hole | None
+    _pattern: Sequence[tuple[float, float]]
+
+    def _switch(self, codes: list[str], line: int, *, first: bool) -> None:
+        raise NotImplementedError
+
+    def _call(self, found: re.Match[str], line: int) -> None:
+        """What CALL has found."""
+        codes = re.findall(r"M0*(\d+)", found[5])
+        if not found[1]:
+            self._hole(codes, line)
+            return
+        self._switch([code for code in codes if code in FIRST], line, first=True)
+        self._holes(self._pattern if found[1] == " PAT" else [(float(found[2]), float(found[3]))], line)
+        self._switch([code for code in codes if code not in FIRST], line, first=False)
+
+    def _holes(self, places: Sequence[tuple[float, float]], line: int) -> None:
+        """The cycle in force at each of the places."""
+        if not places:
+            raise UnreadError("a cycle call without places")
+        for x, y in places:
+            self._over(x, y, line)
+            self._hole([], line)
+
+    def _over(self, x: float, y: float, line: int) -> None:
+        """In rapid over a place, at the height where the cycle in force ends, or where the tool stands above that."""
+        if self._drills is None:
+            raise UnreadError(_NO_CYCLE)
+        if self._here.get("Z", -math.inf) < self._drills.level:
+            self._block(["G0", f"Z{self._drills.level:.9f}"], line)
+            self._here["Z"] = self._drills.level
+        self._block(["G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
+        self._here |= {"X": x, "Y": y}
+
+    def _hole(self, codes: list[str], line: int) -> None:
+        """The cycle in force where the tool stands."""
+        if self._drills is None:
+            raise UnreadError(_NO_CYCLE)
+        self._switch(codes, line, first=True)
+        drill_here(self, self._drills, line)
+        self._here["Z"] = self._drills.level
+        self._switch(codes, line, first=False)
