@@ -23,6 +23,7 @@ __all__ = [
     "Machine",
     "anchored",
     "behind_or_next",
+    "changed",
     "check_words",
     "cycle_fields",
     "expand_cycle",
@@ -119,6 +120,32 @@ def check_words(s: Statement) -> None:
             hint="output its moves as GOTO from the CAM system",
             line=s.line,
         )
+
+
+_SAME = {"CLEAR": "RAPTO", "RETURN": "RTRCTO"} | dict.fromkeys((*FEED_WORDS, "TPI"), "MMPM")
+
+
+def changed(before: Statement | None, s: Statement, *, by_values: bool) -> Statement:
+    """The cycle that CYCLE/ON asks for: that `before` it, with the values that it names in the place of those (NX).
+
+    Raises ToolpathError where there is none, and for values in a dialect that doesn't give them there (not `by_values`).
+    """
+    if before is None:
+        raise ToolpathError("CYCLE/ON without a cycle before it", hint="output the cycle with its values", line=s.line)
+    if len(s.args) > 1 and not (by_values and isinstance(s.args[1], str)):
+        raise ToolpathError("CYCLE/ON with values", hint="output the cycle again with all its values", line=s.line)
+    groups = _groups(before.text) | {
+        _SAME.get(word, word): text for word, text in _groups(s.text).items() if word != "ON"
+    }
+    return Statement(s.word, ",".join(groups.values()), s.line)
+
+
+def _groups(text: str) -> dict[str, str]:
+    """A cycle's words, each with what stands behind it; CLEAR as RAPTO and the like."""
+    out: dict[str, str] = {}
+    for found in re.finditer(r"([A-Z]\w*)((?:\s*,\s*(?:AUTO\b|NONE\b|REV\b|[-+.\d][^,]*))*)", text.upper()):
+        out[_SAME.get(found[1], found[1])] = found[0]
+    return out
 
 
 def feed_of(fields: dict[str, float]) -> tuple[float, str] | None:

@@ -12,7 +12,7 @@ from camrob.findings import Finding, Severity
 from camrob.toolpath.apt.coordinates import Table, camera, csys, matrix_rows, msys, tracut, trans, trntyp
 from camrob.toolpath.apt.copies import Copies
 from camrob.toolpath.apt.curves import Nurbs, circle, indirv, tlon
-from camrob.toolpath.apt.cycles import anchored, check_words
+from camrob.toolpath.apt.cycles import anchored, changed, check_words
 from camrob.toolpath.apt.lexer import Rows, Statement, number_of
 from camrob.toolpath.apt.policy import IGNORED, Strangers, is_off
 from camrob.toolpath.apt.spindle import auxfun, spindl
@@ -55,6 +55,7 @@ class Interpreter:
         self.table = Table(machine) if machine.dialect.table_radians else None
         self.nurbs: Nurbs | None = None
         self.matrix: list[list[float]] | None = None
+        self._drilling: Statement | None = None  # the last CYCLE
         self.strangers = Strangers()
         self.silenced: set[str] = set()
         self.compensated: set[int] = set()
@@ -239,10 +240,9 @@ class Interpreter:
         m = self.m
         first = s.words[0].split()[0] if s.words else ""
         if first in ("OFF", "NOMORE"):
-            m.last_cycle, m.cycle = m.cycle or m.last_cycle, None
-        elif first == "ON":
-            m.cycle = m.last_cycle
-        elif first != "INIT":
+            m.cycle = None
+        elif first != "INIT" and not (first == "ON" and self._drilling is None and m.dialect.on == "heading"):
+            self._drilling = s = s if first != "ON" else changed(self._drilling, s, by_values=m.dialect.on == "values")
             check_words(s)
             m.cycle = anchored(m.dialect.cycle(s), s, m)
             if not m.cycle.depth > 0.0:

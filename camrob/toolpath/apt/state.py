@@ -76,7 +76,6 @@ class Machine:
     work_offset: float | None = None  # of the controller's, by its number, where the file names one
     world_points: bool = False  # TRNTYP has said so
     cycle: Cycle | None = None
-    last_cycle: Cycle | None = None
     tool_number: int = 0
     tool_name: str = ""
     tool_by_number: bool = False  # the file has no LOAD or LOADTL: TOOLNO itself changes the tool

@@ -15,7 +15,7 @@ from camrob.errors import ToolpathError
 from camrob.witness.cl.apt_process import AptProcess
 from camrob.witness.cl.copying import copies_of, matrix_of, turns_right
 from camrob.witness.cl.curve import Curve, tlon
-from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill
+from camrob.witness.cl.drilling import UPWARD, Cycle, apt_cycle, drill, renewed
 from camrob.witness.cl.foreign.autodesk import CONTOURS, TRUEPATH, autodesk_cycle, movarc, sweep
 from camrob.witness.cl.offsets import Offsets
 from camrob.witness.cl.placing import Placing
@@ -55,6 +55,7 @@ class AptReader(AptProcess):
         self._angle: tuple[float, bool] | None = None  # of MOVARC, degrees, and whether its normal says the sense
         self._circle: tuple[Array, Array, int] | None = None  # centre and axis in the part, further full turns
         self._cycle: Cycle | None = None
+        self._asked: list[str] = []  # what the last CYCLE says
         self._curve: Curve | None = None
         self._direction: Array | None = None  # INDIRV
         self._opened = 0  # the line of a TOOL PATH or OPFEATSTART that is not closed yet
@@ -324,10 +325,11 @@ class AptReader(AptProcess):
             self._rapid, self._circle = False, None
 
     def _set_cycle(self, s: Statement) -> None:
-        fields = s.fields
+        fields = renewed(self._asked, s.fields, by_values=self._dialect == "nx-clsf")
         if not fields or fields[0] in ("OFF", "NOMORE"):
             self._cycle = None
-        elif fields not in (["ON"], ["INIT"]):
+        elif fields != ["INIT"]:
+            self._asked = fields
             if self._dialect in CONTOURS:
                 self._cycle = autodesk_cycle(s, self._dialect, self._place, self._tell, forced=self._fixed_units)
                 return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 
@@ -13,7 +14,7 @@ from camrob.witness.cl.teller import Teller
 from camrob.witness.happenings import Kind, Pecks, Way
 from camrob.witness.units import INCH_MM, mm_min_to_m_s, mm_to_m
 
-__all__ = ["CYCLES", "UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit"]
+__all__ = ["CYCLES", "UPWARD", "Cycle", "Out", "apt_cycle", "drill", "feed_unit", "renewed"]
 
 Array = NDArray[np.float64]
 
@@ -98,6 +99,21 @@ class Cycle:
     pecks: Pecks | None = None
     problem: str = ""
     high: bool = False
+
+
+_ONE_OF = ("RAPTO|CLEAR", "RTRCTO|RETURN", "MMPM|MMPR|IPM|IPR|PERMIN|PERREV|TPI")
+_WORTH = r"(?:,(?:AUTO|NONE|REV|[-+.\d][^,]*))"
+
+
+def renewed(before: list[str], new: list[str], *, by_values: bool) -> list[str]:
+    """The fields of a cycle that is on again, with what is said anew (NX: by_values), or as they were; else those of `new`."""
+    if new[:1] != ["ON"] or not before or (len(new) > 1 and (not by_values or number(new[1]) is not None)):
+        return new
+    text = ",".join(before)
+    for word in re.finditer(rf"([A-Z]\w*){_WORTH}*", ",".join(new[1:])):
+        same = next((group for group in _ONE_OF if word[1] in group.split("|")), word[1])
+        text = re.sub(rf",(?:{same})(?:{_WORTH}+|(?=,|$))", "", text) + "," + word[0]
+    return text.split(",")
 
 
 def apt_cycle(fields: list[str], scale: float, unit_last: bool, tell: Teller, *, forced: bool = False) -> Cycle:

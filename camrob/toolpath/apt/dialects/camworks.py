@@ -62,4 +62,6 @@ def _cycle_clt(statement: Statement) -> Cycle:
 CAMWORKS = Dialect(
     "camworks-apt", _recognise, _cycle, message, csys_sets_axis=True, insert_names_tool=True, must_end=True
 )
-CAMWORKS_CLT = Dialect("camworks-clt", _recognise_clt, _cycle_clt, message, table_radians=True, cutter_is_tool=True)
+CAMWORKS_CLT = Dialect(
+    "camworks-clt", _recognise_clt, _cycle_clt, message, on="heading", table_radians=True, cutter_is_tool=True
+)

@@ -28,6 +28,7 @@ class Dialect:
     cycle: Callable[[Statement], Cycle]
     pprint: Callable[[str], tuple[str, str] | None]
     left_handed_arcs: bool | None = False  # the printed axis of CIRCLE is reversed; None: as its form says
+    on: str = ""  # CYCLE/ON: "values" names new ones of the cycle before it, "heading" may stand before the first cycle
     msys: bool = False  # MSYS: the following points are in that frame
     csys_sets_axis: bool = False  # the third column of CSYS is the tool axis until a GOTO names another
     table_radians: bool = False  # ROTABL is in radians, and points are in the frame of the turned part

@@ -24,4 +24,4 @@ def _cycle(statement: Statement) -> Cycle:
     return keyed_cycle(name, fields, depth, statement.line, loose)
 
 
-NX = Dialect("nx-clsf", _recognise, _cycle, message, left_handed_arcs=True, msys=True)
+NX = Dialect("nx-clsf", _recognise, _cycle, message, left_handed_arcs=True, on="values", msys=True)

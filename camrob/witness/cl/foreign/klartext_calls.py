@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from abc import abstractmethod
 from collections.abc import Sequence
 
 from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here
@@ -28,8 +29,9 @@ class CycleCalls(ForeignReader):
     _drills: Hole | None
     _pattern: Sequence[tuple[float, float]]
 
+    @abstractmethod
     def _switch(self, codes: list[str], line: int, *, first: bool) -> None:
-        raise NotImplementedError
+        """The M functions that come first in their block, or the others."""
 
     def _call(self, found: re.Match[str], line: int) -> None:
         """What CALL has found."""
