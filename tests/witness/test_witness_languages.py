@@ -153,7 +153,6 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
     [
         "4 L X+Q1",
         "4 CALL LBL 1",
-        "4 LBL 0",
         "4 PLANE POINTS P1X+0",
         "4 CYCL DEF 203 DRILLING",
         "4 CYCL DEF 11.1 SCL 0.5",
