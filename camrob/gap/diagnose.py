@@ -46,6 +46,7 @@ from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
+from camrob.gap.stood_elsewhere import moved_between, own_frame, stood_elsewhere
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.remains import suspects
 from camrob.gap.verdict.verdict import Verdict, judge_effects
@@ -110,6 +111,11 @@ def diagnose(
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
     compared = [e for e in effects if not (in_world and e.hidden_in_world)]
     first = model = compare(scenes, compared)
+    own = _own_frames(model, clock.logs, tooled, compared)
+    if own is not None:
+        first = model = own
+        scenes = own.scenes
+        kept_out = [withheld_scene(own_frame(log), c, scenes) for log, c in zip(held.logs, kept, strict=True)]
     if relaid := relaid_scenes(model):
         scenes, model = relaid, compare(relaid, compared)
     model = with_whole_postures(model)
@@ -125,7 +131,9 @@ def diagnose(
     shown = first if relaid else model
     places = _places(shown, by_stage, timings)
     late = {s.name: d for s, d in zip((*scenes, *kept_out), (*clock.delays, *held.delays), strict=True) if d}
-    said = _said(cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late)
+    said = _said(
+        cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late, moved=own is not None
+    )
     summary = with_corners(said, corners)
     tell("done", 1.0)
     return Diagnosis(
@@ -135,6 +143,16 @@ def diagnose(
         motions=() if planned is None else planned.motions,
         calibration=verdict.handed.calibration,
     )
+
+
+def _own_frames(
+    model: Model, logs: Sequence[MeasurementLog], cells: Sequence[Cell], compared: Sequence[Effect]
+) -> Model | None:
+    """The comparison with a frame a log, where the instrument was set up anew between logs that say one; else None."""
+    if not moved_between(model):
+        return None
+    own = compare(fitted_scenes([own_frame(log) for log in logs], cells), compared)
+    return own if stood_elsewhere(model, own) else None
 
 
 def _said(
@@ -147,6 +165,8 @@ def _said(
     verdict: Verdict,
     planned: Experiment | None,
     late: Mapping[str, float],
+    *,
+    moved: bool,
 ) -> DiagnosisSummary:
     """All that is said of some logs, but for what lies between program and set-point."""
     return DiagnosisSummary(
@@ -168,7 +188,7 @@ def _said(
         logs=tuple(s.name for s in verdict.model.scenes),
         axes_report=axes_report(scenes),
         added_load=load_from_drives(scenes),
-        instrument=instrument_suspect(verdict.model, verdict.effects, late, verdict.shrunk.rms_after),
+        instrument=instrument_suspect(verdict.model, verdict.effects, late, verdict.shrunk.rms_after, moved=moved),
         compensable=verdict.handed.said,
         experiment=None if planned is None else planned.figures,
         standards=tuple(_standards(verdict.model, fitted_errors(verdict.model, verdict.members))),

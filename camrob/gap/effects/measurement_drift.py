@@ -12,18 +12,25 @@ from camrob.gap.effects.effect import Column, Effect, State, Unit
 from camrob.gap.observation.noise import plain_gap
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
+from camrob.measurement.log_info import MeasuredFrame
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["EFFECT"]
+__all__ = ["APART", "EFFECT"]
+
+APART = "apart "
+"""How the key of a unit begins by which the instrument stood elsewhere on one log than on the first."""
 
 _SHIFT, _TURN = mm_to_m(0.03), deg_to_rad(0.002)  # over a log
 _SLIP, _SLIP_TURN = mm_to_m(0.3), deg_to_rad(0.05)
+_ELSEWHERE, _ELSEWHERE_TURN = mm_to_m(1.0), deg_to_rad(0.05)
 _CHOICES, _MOMENTS = 20, 100  # causes before which no instrument is blamed; moments at which a target may slip
 _EDGE = 0.05  # of a log, in which no slip can be told from its end
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """Steadily over all logs' common clock, each log from its own beginning; and a target that slips at one moment of a log."""
+    """Steadily over all logs' common clock, each log from its own beginning; a target that slips at one moment of a log; and an
+    instrument that stood elsewhere on a further log, though all say one frame.
+    """
     if not all(s.tracked for s in scenes):
         return ()
     names = [f"drift_{p}" for p in PLACES]
@@ -33,6 +40,10 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         if slip is not None:
             slipped = place_parameters([f"slip_{p}" for p in PLACES], _SLIP, _SLIP_TURN)
             units.append(Unit("measurement_drift", "", slipped, _MOMENTS, f"slip {slip[0]:.6f} {slip[1]} {scene.name}"))
+    if all(s.log.info.measured_frame is MeasuredFrame.WORLD and not s.log.info.same_frame_as for s in scenes):
+        for scene in scenes[1:]:
+            moved = place_parameters([f"apart_{p}" for p in PLACES], _ELSEWHERE, _ELSEWHERE_TURN)
+            units.append(Unit("measurement_drift", "", moved, _CHOICES, f"{APART}{scene.name}"))
     return tuple(units)
 
 
@@ -58,6 +69,9 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     if kind == "steady":
         twists = left_twists(scene.nominal)
         course = (scene.t - scene.t[0]) / max(float(np.ptp(scene.t)), 1e-9)
+    elif unit.key.startswith(APART):
+        twists = left_twists(scene.nominal)
+        course = np.full(len(scene), float(scene.name == rest))
     else:
         moment, _, name = rest.split(" ", 2)
         twists = right_twists(scene.nominal)
@@ -72,7 +86,9 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[s
         part = "drift" if kind == "steady" else kind
         size = float(np.linalg.norm([values.get(f"{part}_{p}_mm", 0.0) for p in PLACES[:3]]))
         how = f"it moved steadily, by {size:.2g} mm over a log"
-        if rest:
+        if key.startswith(APART):
+            how = f"it stood elsewhere on {rest} than on the first log, by {size:.2g} mm"
+        elif rest:
             moment, sample, name = rest.split(" ", 2)
             when = f"behind sample {sample} of {name} (t = {float(moment):.6g} s)"
             how = f"its target slipped on the tool by {size:.2g} mm {when}"
@@ -82,7 +98,7 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[s
 
 EFFECT = Effect(
     name="measurement_drift",
-    physics="The instrument's frame moves steadily while it measures, or its target slips on the tool at one moment.",
+    physics="The instrument's frame moves steadily, or from log to log, or its target slips on the tool at one moment.",
     stages=("encoder_to_tcp",),
     regimes=("time",),
     experiment="measure a fixed nest before, half-way and after the run, the robot's part left as it is",

@@ -10,12 +10,17 @@ from camrob.gap.effects.common import PPM
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import Model
 from camrob.gap.observation.few_decimals import rounding_of
+from camrob.gap.verdict.belief import BELIEF
 from camrob.summaries.diagnosis_summary import EffectFound, GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
 
 __all__ = ["instrument_suspect"]
 
 _ROWS = 20  # that are named
+_MOVED = (
+    'it stood elsewhere from log to log, though all say measured_frame = "world": each was given a frame of its own, beside '
+    "which the robot's foot can't be judged"
+)
 _PART, _MOST = (
     0.3,
     2.0,
@@ -23,13 +28,18 @@ _PART, _MOST = (
 
 
 def instrument_suspect(
-    model: Model, effects: Sequence[EffectFound], late: Mapping[str, float] | None = None, stays: float = 0.0
+    model: Model,
+    effects: Sequence[EffectFound],
+    late: Mapping[str, float] | None = None,
+    stays: float = 0.0,
+    *,
+    moved: bool = False,
 ) -> InstrumentSuspect:
     """suspect: probability that an error of the instrument is at work; scale_ppm, drift_mm (its size over a log): as
     fitted, None where not; gross: by log, how many rows are, and the first of them by number (from 1) and time.
 
     late: s by which readings came late, by log, taken off before; stays: m (rms) that nothing explains, which values of too few
-    decimals may be.
+    decimals may be; moved: logs that all say world were given frames of their own, as it stood elsewhere from one to the next.
     """
     accuses = {e.name: e.of_instrument for e in model.effects if e.of_instrument is not None}
     claims = {e.effect: e for e in effects if e.effect in accuses}
@@ -44,11 +54,11 @@ def instrument_suspect(
         and (words := accuses[n]({k: v.value for k, v in e.parameters.items()}, e.indistinguishable_from, keys[n]))
     ]
     return InstrumentSuspect(
-        suspect=max((e.probability for e in claims.values()), default=0.0),
+        suspect=max([*(e.probability for e in claims.values()), BELIEF.likely if moved else 0.0]),
         scale_ppm=PPM * values["scale"] if "scale" in values else None,
         drift_mm=float(np.linalg.norm(steady)) if steady else None,
         gross=tuple(gross),
-        text=_words([*accusations, *_coarse(model, stays)], gross, late or {}),
+        text=_words([*([_MOVED] if moved else []), *accusations, *_coarse(model, stays)], gross, late or {}),
     )
 
 

@@ -4,6 +4,7 @@ what another stage did. Simulated by numpy alone (`strange_logs`).
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from strange_logs import columns_of, poses, run, seen, write
 from test_gap_strange_logs import claims, said_of
 
 from camrob.errors import LogError
+from camrob.jobs.diagnose import diagnose
 
 WRONG = (0, 0.15, 0, 0, 0.1, 0)
 
@@ -47,6 +49,29 @@ def test_an_axis_that_stands_beside_its_set_point_hides_no_zero_behind_the_encod
     assert said["unknown"]["probability"] > 0.5
     assert said["unknown"]["where"]["rung"] == "setpoint_to_encoder" and said["unknown"]["where"]["axes"] == ["A2"]
     assert "A2 is off its set-point by 0.5 degrees" in said["unknown"]["text"]
+
+
+@pytest.mark.parametrize("apart", [0.0, 4.0])
+def test_an_instrument_that_was_set_up_anew_between_two_runs_is_said_and_blames_no_arm(
+    tmp_path: Path, apart: float
+) -> None:
+    """Both logs say world; on the second all readings are 4 mm off, or none: then the foot's frame stays the cell's."""
+    logs = []
+    for k, (shift, seed) in enumerate(((0.0, 20), (apart, 21))):
+        t, q = run(15.0, 0.04, seed)
+        place = seen(q, wrong_deg=(0, 0.1, 0, 0, 0, 0), seed=seed) + np.array([shift, -0.7 * shift, 0.2 * shift])
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        write(folder, columns_of(q, place, t), ())
+        logs.append((folder / "log.csv").rename(tmp_path / f"log{k}.csv"))
+        (folder / "log.toml").rename(tmp_path / f"log{k}.toml")
+    diagnose(cell=tmp_path / "0" / "cell", log=logs, out=tmp_path / "out")
+    said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert list(claims(said)) == ["joint_offset"]
+    assert claims(said)["joint_offset"]["parameters"]["A2_deg"]["value"] == pytest.approx(0.1, abs=0.002)
+    assert said["together"]["rms_after_mm"] < 0.05 and said["unknown"]["probability"] < 0.5
+    assert ("stood elsewhere from log to log" in said["instrument"]["text"]) == (apart > 0.0)
+    assert (said["instrument"]["suspect"] > 0.5) == (apart > 0.0)
 
 
 @pytest.mark.parametrize("turns", [1.0, 100.0])
