@@ -198,6 +198,8 @@ def _said(
 def _planned(model: Model, verdict: Verdict) -> Experiment | None:
     if len(model.scenes[0].cell.indices(Role.ARM)) != _ARM or not all(s.tracked for s in model.scenes):
         return None  # no motion of such an arm can be reckoned, or none would be measured
+    if verdict.status == "no gap":
+        return None
     stays = verdict.unknown
     likely, by_time = stays.probability >= 0.5, stays.where.regimes[:1] == ("time",)
     returning = mm_to_m(stays.rms_mm) if stays.where.comes_back else 0.0

@@ -51,7 +51,7 @@ def next_experiment(
     order = sorted((n for n in rivals if n in by_name and n not in claimed), key=lambda n: -rivals[n])
     pair = [*(n for n in claimed if n in by_name), *order][:2]
     if not pair or (not claimed and rivals[pair[0]] < 0.02):
-        return "None needed: the gap is the instrument's noise. A larger work space would test more."
+        return "None needed: the gap is within its noise, or what is tolerated. A larger work space would test more."
     first = by_name[max(pair, key=lambda n: sizes_mm.get(n, 0.0))]
     return f"To confirm {_named([first.name])}: {first.experiment}."
 

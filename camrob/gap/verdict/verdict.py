@@ -165,6 +165,8 @@ def _said(
         )
     if claimed:
         unknown = _beside_claims(model, together, rest, sets, claimed)
+    elif not drive and BEYOND not in within.values():
+        unknown = min(unknown, BELIEF.matters(*beyond_noise(together, model.noise), model.noise))
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
@@ -174,13 +176,15 @@ def _said(
         stays = at_drive(stays, model, left, drive, words)
     asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
     handed = hand_over(model, trial, claimed, members)
+    status = _status(within, claimed, stays)
+    rivals = {} if status == "no gap" else probability  # nothing is to be told apart
     return Verdict(
         model=model,
         claimed=claimed,
         members=members,
         shrunk=together,
         handed=handed,
-        status=_status(within, claimed, stays),
+        status=status,
         stages=stages,
         effects=entries,
         together=_together(model, trial, members, together, handed),
@@ -194,7 +198,7 @@ def _said(
             discrepancy_mm=m_to_mm(model.discrepancy),
             structure=tuple(regimes),
         ),
-        next_experiment=next_experiment(claimed, probability, _sizes(model, claimed), library, asked),
+        next_experiment=next_experiment(claimed, rivals, _sizes(model, claimed), library, asked),
     )
 
 

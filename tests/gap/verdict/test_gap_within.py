@@ -73,3 +73,21 @@ def test_a_run_out_of_three_times_the_told_noise_is_no_noise() -> None:
     found = diagnose([MeasurementLog(dict(log.columns), stated, log.path)], kr15()).summary.to_json()
     assert found["within"]["encoder_to_tcp"] == "beyond"
     assert found["status"] == "unexplained"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "status"), [(0.25, "no gap"), (1.0, "unexplained")])
+def test_what_wanders_far_below_the_noise_is_no_gap_and_asks_for_no_run(share: float, status: str) -> None:
+    """An instrument that nobody told the noise of, and whose readings also wander within seconds."""
+    sigma, rate = 0.02, 25.0
+    log = simulated(sigma_mm=sigma, rate=rate)
+    kept, rng = np.exp(-1.0 / (rate * 3.0)), np.random.default_rng(4)
+    wander = np.zeros((len(log.columns["t"]), 3))
+    for k in range(1, len(wander)):
+        wander[k] = kept * wander[k - 1] + np.sqrt(1.0 - kept**2) * share * sigma * rng.normal(size=3)
+    columns = dict(log.columns) | {n: log.columns[n] + wander[:, k] for k, n in enumerate("xyz")}
+    info = replace(log.info, sigma_position=np.nan, sigma_angle=np.nan)
+    found = diagnose([MeasurementLog(columns, info, log.path)], kr15()).summary.to_json()
+    assert found["status"] == status
+    assert (found["unknown"]["probability"] >= 0.5) == (status == "unexplained")
+    assert found["next_experiment"].startswith("None needed") == (status == "no gap")
