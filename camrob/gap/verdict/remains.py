@@ -208,7 +208,7 @@ def _taken(model: Model, panels: Sequence[Panel], own: Set) -> float:
 def at_drive(stays: Unknown, model: Model, panels: Sequence[Panel], axis: str, words: str) -> Unknown:
     """What stays, at an axis's drive: what its error follows most is read off the log, or is what the largest shape there
     follows; at no axis where all fall behind together. An error that stands, in a drive that always holds a load to one side,
-    follows that load: a loop without its integrator. Where more stays behind the encoders, and is no mere noise, the place is there,
+    follows that load: a loop without its integrator. Where more stays behind the encoders, beyond the noise, the place is there,
     and the drive is said beside it.
     """
     if _stage(panels, model) == _ARM and stays.rms_mm > m_to_mm(_LEAST_FIELD * model.noise):
