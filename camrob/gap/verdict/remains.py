@@ -30,6 +30,7 @@ __all__ = [
     "left_everywhere",
     "left_panels",
     "remains",
+    "removed_share",
     "residual_regimes",
     "suspects",
 ]
@@ -90,6 +91,14 @@ def beyond_noise(together: Shrinkage, noise: float) -> tuple[float, float]:
     """m (rms) that stay on withheld samples beyond the noise (m), and the share of the gap's energy that this is."""
     rms = float(np.sqrt(max(0.0, together.rms_after**2 - noise**2)))
     return rms, min(1.0, (rms / max(together.rms_before, 1e-12)) ** 2)
+
+
+def removed_share(shrunk: Shrinkage, noise: float) -> float | None:
+    """Share of the removable gap (before less noise) that is removed; None where nothing is removable."""
+    removable = shrunk.rms_before - noise
+    if removable < 0.2 * noise:
+        return None
+    return float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
 
 
 def remains(

@@ -43,6 +43,7 @@ from camrob.gap.verdict.remains import (
     claims,
     left_everywhere,
     remains,
+    removed_share,
     residual_regimes,
     suspects,
 )
@@ -152,21 +153,16 @@ def _said(
     entries = effects_found(model, trial, library, probability, reasons, in_world, wider)
     claimed = tuple(e.effect for e in entries if e.claimed)
     regimes = residual_regimes(model, left := left_everywhere(model, members, trial))
-    inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
     sets = alternatives(model.sets, probability)
     stages = stages_within(model.scenes, together, together.structure(), model.noise)
     within = {name: s.within for name, s in stages.items()}
     drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
-    if drive:
-        unknown = max(unknown, BELIEF.read_off)
-    elif not claimed and BEYOND in within.values():  # what is believed of no name is believed of something unknown
-        unknown = max(
-            unknown, BELIEF.nothing_else if inside < 0.5 else 0.0, *(a.probability for a in sets if not a.effects)
-        )
     if claimed:
         unknown = _beside_claims(model, together, rest, sets, claimed)
-    elif not drive and BEYOND not in within.values():
-        unknown = min(unknown, BELIEF.matters(*beyond_noise(together, model.noise), model.noise))
+    elif drive:
+        unknown = max(unknown, BELIEF.read_off)
+    else:
+        unknown = _without_claims(model, together, unknown, sets, beyond=BEYOND in within.values())
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
     stays = remains(model, left, together, unknown, shapes, regimes, reasons)
@@ -218,6 +214,19 @@ def _beside_claims(
     return (1.0 - more) * by_claims + more * min(by_claims, by_all)
 
 
+def _without_claims(
+    model: Model, together: Shrinkage, unknown: float, sets: Sequence[Alternative], *, beyond: bool
+) -> float:
+    """Probability of something unknown where nothing is claimed, from that of the sets: where a stage is beyond its noise, what
+    is believed of no name is believed of it; else it is that only as far as what stays matters.
+    """
+    if not beyond:
+        return min(unknown, BELIEF.matters(*beyond_noise(together, model.noise), model.noise))
+    inside = sum(p for names, p in model.sets.items() if names and "unknown" not in names)
+    nothing_else = BELIEF.nothing_else if inside < 0.5 else 0.0
+    return max(unknown, nothing_else, *(a.probability for a in sets if not a.effects))
+
+
 def _together(model: Model, trial: Trial, members: Set, shrunk: Shrinkage, handed: Handover) -> Together:
     """All claims together: by how much the gap on withheld samples shrinks, and by how much it should."""
     before, after = expected(model, trial, members)
@@ -227,7 +236,7 @@ def _together(model: Model, trial: Trial, members: Set, shrunk: Shrinkage, hande
         left_aside=trial.aside,
         predicted_shrink=1.0 - after / max(before, 1e-12),
         expected_after_mm=m_to_mm(after),
-        removable_removed=_removed(shrunk, model.noise),
+        removable_removed=removed_share(shrunk, model.noise),
         compensable_mm=handed.said.rms_before_mm - handed.said.rms_after_mm,
         regimes_withheld=tuple(regimes_withheld(model, members)),
     )
@@ -373,14 +382,6 @@ def _alias_lists(model: Model, library: Sequence[Effect], in_world: bool) -> tup
     groups = [tuple(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
     pairs = [(e.name, e.twin_in_world) for e in library if e.twin_in_world]
     return (*groups, *(pairs if in_world else []))
-
-
-def _removed(shrunk: Shrinkage, noise: float) -> float | None:
-    """Share of the removable gap (before less noise) that is removed; None where nothing is removable."""
-    removable = shrunk.rms_before - noise
-    if removable < 0.2 * noise:
-        return None
-    return float(np.clip((shrunk.rms_before - shrunk.rms_after) / removable, -9.0, 1.0))
 
 
 def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown) -> str:
