@@ -50,10 +50,10 @@ def chart_data(charts: Sequence[LineChart]) -> list[dict[str, Any]]:
     return [_data(chart) for chart in charts]
 
 
-def chart_section(chart: LineChart) -> str:
-    """The chart's place in the page."""
+def chart_section(chart: LineChart, height: int = _HEIGHT) -> str:
+    """The chart's place in the page, as high as it is drawn, pixels."""
     return (
-        f"<section><h2>{chart.title}</h2>{chart_box(chart.id, chart.title, _HEIGHT)}"
+        f"<section><h2>{chart.title}</h2>{chart_box(chart.id, chart.title, height)}"
         f'<p class="caption">{chart.caption}</p></section>'
     )
 
