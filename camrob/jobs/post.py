@@ -16,7 +16,7 @@ from camrob.errors import CollisionError, InputError, JobError, VerificationErro
 from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.files import demand_own_name, staged_output
 from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
 from camrob.jobs.files.takes_paths import takes_paths
@@ -173,7 +173,7 @@ def _posted(
     with watch.stage("read"):
         machine = cell_for("post", cell)
         plain = program_name(clfile, asked.name, language_of(machine))
-        title = plain if clamping is None else _clamping_name(plain, clamping, language_of(machine))
+        title = _title(asked, plain, clamping, language_of(machine), out)
         inputs = read_inputs(
             clfile,
             machine,
@@ -225,6 +225,14 @@ def _posted(
     summary = replace(summary, seconds=watch.seconds, clampings=sides)
     save_summary(folder / f"{title}.json", summary)
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
+
+
+def _title(asked: _Asked, plain: str, clamping: str | None, language: Language, out: Path) -> str:
+    """The program's name, which in `out` is no other CL file's unless it was asked for. Raises InputError."""
+    title = plain if clamping is None else _clamping_name(plain, clamping, language)
+    if asked.name is None:
+        demand_own_name(out, title, asked.clfile)
+    return title
 
 
 def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: Watch) -> list[str]:

@@ -13,7 +13,7 @@ import pytest
 
 from camrob.errors import InputError
 from camrob.jobs.files import files
-from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.files import check_file_name, demand_own_name, staged_output
 
 ROOT = Path(__file__).resolve().parents[2]
 SUFFIXES = (".src", ".dat", ".json")
@@ -117,6 +117,15 @@ def test_a_part_of_another_program_is_not_replaced(tmp_path: Path, part: str) ->
         "b.src": "long",
         part: "long",
     }
+
+
+def test_one_name_of_two_cl_files_is_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "bracket_left_side_roughi.json").write_text(
+        json.dumps({"manifest": {"cl_file": {"bracket_left_side_roughing_10.nc": "0"}}})
+    )
+    demand_own_name(tmp_path, "bracket_left_side_roughi", Path("bracket_left_side_roughing_10.apt"))  # output once more
+    with pytest.raises(InputError, match="comes to the same name"):
+        demand_own_name(tmp_path, "bracket_left_side_roughi", Path("bracket_left_side_roughing_20.nc"))
 
 
 def test_data_of_nobody_s_are_not_taken_for_a_part_s(tmp_path: Path) -> None:

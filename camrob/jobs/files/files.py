@@ -16,7 +16,7 @@ from camrob.errors import InputError
 from camrob.jobs.exit_status import disk_full
 from camrob.languages import language_suffixes, program_suffixes
 
-__all__ = ["check_calibration_name", "check_file_name", "check_folder", "staged_output"]
+__all__ = ["check_calibration_name", "check_file_name", "check_folder", "demand_own_name", "staged_output"]
 
 _STAGING = ".camrob-unfinished-"
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
@@ -39,6 +39,20 @@ def check_calibration_name(out: Path) -> None:
     if out.suffix.lower() != ".toml":
         raise InputError(f"{out.name!r} is not a .toml", hint="name the file CALIBRATION.toml", path=out)
     check_file_name(out.name)
+
+
+def demand_own_name(out: Path, name: str, clfile: Path) -> None:
+    """Raise InputError where program NAME of a CL file of another name lies in `out`: a controller's names are short, and two
+    long ones, or two that differ in what no name may hold, become one.
+    """
+    try:
+        made_of = json.loads((out / f"{name}.json").read_bytes())["manifest"]["cl_file"]
+        others = [str(file) for file in made_of if str(file).partition(".")[0] != clfile.name.partition(".")[0]]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return  # there is no older program, or it isn't ours
+    if others:
+        what = f"{name} there is the program of {others[0][:_SHOWN]}, and {clfile.name[:_SHOWN]} comes to the same name"
+        raise InputError(what, hint="name this one (--name), or choose another --out", path=out)
 
 
 @contextmanager

@@ -53,6 +53,7 @@ class _Replay:
     bent: NDArray[np.bool_] = field(init=False)  # a LIN or CIRC that is no line or circle in base
     now: Array = field(init=False)  # axis values where the robot stands
     begun: bool = False
+    blind: bool = False  # a PTP before leads to where the text doesn't say, which is a gap
     findings: list[Finding] = field(default_factory=list)
     notes: list[Objection] = field(default_factory=list)
 
@@ -77,7 +78,7 @@ class _Replay:
             if not self.begun:
                 before = "no PTP before it leads to a place that is known" if first else "the first motion is not a PTP"
                 text = f"{before}: where it begins, and in which posture, isn't known"
-                self.notes.append(self.objection(int(first), "start-unknown", text))
+                self.notes += [] if self.blind else [self.objection(int(first), "start-unknown", text)]
                 self.by_pose(int(first))
                 first += 1
             for low in range(int(first), int(last), _CHUNK):
@@ -133,7 +134,7 @@ class _Replay:
         external = motions.axes[row, 6:]
         flange_T_tip = self.tools[motions.tool[row]]
         if not np.isfinite(place).all() or not np.isfinite(flange_T_tip).all():
-            self.axes[row] = np.nan
+            self.axes[row], self.blind = np.nan, True
             return
         wanted = foot_T_wrist(machine, (turn, place), motions.axes[row : row + 1], flange_T_tip)
         found = machine.arm.all_postures(wanted, machine.arm.theta(self.now[None, :6])[0])
