@@ -7,7 +7,7 @@ behind what (`mutation/by_hand.toml`). A fault is tried on its own jobs, with --
 Those of RAPID are tried on the post of `rapid_job`, of which no other statement may be released. Exit status 1 where a program is
 released and wrong, where a fault shows on none of its jobs, or where it no longer fits its source.
 
-On 2026-11-26, of 187 faults 174 are stopped, 13 leave the program right in another way (so the bench's judge), none is wrong.
+On 2026-11-27, of 212 faults 199 are stopped, 13 leave the program right in another way (so the bench's judge), none is wrong.
 Some 80 ran --everywhere; what the judge calls wrong there was looked at, and is right: SLIN rounded by C_DIS, as KSS has it;
 a PTP in the clear; the way straight down past a first place that the file comes to from where only its machine knows.
 """

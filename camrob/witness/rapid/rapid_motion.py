@@ -48,7 +48,7 @@ class RapidMotions:
     def move(self, word: str, text: str, line: Line) -> None:
         """MoveAbsJ, MoveJ, MoveL, MoveC. Raises NotSaidError."""
         how = _HOW[word]
-        parts = split_top(text)
+        parts = split_top(re.sub(r", ?\\", r"\\", text))  # a comma may stand before an optional argument
         count = 2 if how == CIRC else 1
         if len(parts) != count + 3:  # targets; speed, zone, tool
             raise NotSaidError("it has not the arguments of its kind")

@@ -1,0 +1,31 @@
+MODULE straight
+PERS tooldata mill:=[TRUE,[[165,0,405.788],[0,0.96592583,0,-0.25881905]],[38.5,[40,0,180],[1,0,0,0],0,0,0]];
+PERS tooldata ball:=[TRUE,[[152.5,4,380],[0.07956538,0.93238991,0.21193235,-0.28178552]],[37.25,[38,0,172],[1,0,0,0],0,0,0]];
+PERS wobjdata part:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+CONST zonedata near:=[FALSE,0.5,0.5,0.5,0.05,0.5,0.05];
+CONST speeddata joints:=[500,50,500,20];
+CONST speeddata cut:=[20,100,5000,1000];
+CONST jointtarget home:=[[0,-15,20,0,55,0],[0,9E9,9E9,9E9,9E9,9E9]];
+PROC main()
+ActUnit STN1;
+PDispOff;
+EOffsOff;
+ConfJ\On;
+ConfL\Off;
+SingArea\Off;
+CirPathMode\ObjectFrame;
+AccSet 100,100;
+VelSet 100,5000;
+PathAccLim TRUE\AccMax:=2,TRUE\DecelMax:=2;
+MoveAbsJ home\NoEOffs,joints,fine,mill\WObj:=part;
+
+MoveJ [[-100,-50,300],[0.25827583,0,0,-0.96607122],[-1,0,-1,0],[3.3302,9E9,9E9,9E9,9E9,9E9]],joints,fine,mill\WObj:=part;
+MoveL [[-100,-50,245],[0.10356782,0,0,-0.99462239],[-1,0,-2,0],[62.9696,9E9,9E9,9E9,9E9,9E9]],[100,100,5000,1000],fine,mill\WObj:=part;
+MoveL [[-80,-50,202],[0.0747242,0,0,0.99720424],[-1,0,-1,0],[62.1451,9E9,9E9,9E9,9E9,9E9]],[20,100,5000,1000],near,mill, \WObj:=part;
+MoveL [[-70,-50,202],[0.0747242,0,0,0.99720424],[-1,0,-1,0],[62.1451,9E9,9E9,9E9,9E9,9E9]],[20,100,5000,1000],near,mill\WObj:=part;
+MoveC [[-65,-45,202],[0.0747242,0,0,0.99720424],[-1,0,-1,0],[62.1451,9E9,9E9,9E9,9E9,9E9]],[[-70,-40,202],[0.0747242,0,0,0.99720424],[-1,0,-1,0],[62.1451,9E9,9E9,9E9,9E9,9E9]],cut,fine,mill\WObj:=part;
+WaitTime\InPos,0.5;
+MoveL [[-90,-40,210],[0.0747242,0,0,0.99720424],[-1,0,-1,0],[62.1451,9E9,9E9,9E9,9E9,9E9]],cut,fine,mill\WObj:=part;
+MoveAbsJ home\NoEOffs,joints,fine,mill\WObj:=part;
+ENDPROC
+ENDMODULE
