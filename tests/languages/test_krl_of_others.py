@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.witness.happenings import Kind
 from camrob.witness.krl.run import run_program
 from camrob.witness.machine import read_machine
@@ -158,6 +159,23 @@ def test_a_halt_is_a_change_of_tools_by_its_comment(tmp_path):
     for comment, kind in ((";mount the next tool", Kind.TOOL), (";part off", Kind.STOP), ("", Kind.STOP)):
         made = run(tmp_path, f"LIN {{Z 600}}\nHALT {comment}\nLIN {{Z 590}}", cell=cell)
         assert [e.kind for e in made.events] == [kind]
+
+
+# what is left out
+
+
+def test_what_an_arcs_end_leaves_out_is_as_before_the_arc(tmp_path):
+    made = run(
+        tmp_path, "LIN {X 107,Y -41.764,Z 600,A 180,B 0,C 20.42,E1 0,E2 0}\nCIRC {X 112,Y -36.764,E1 5},{Y -31.764}"
+    )
+    assert ends(made)[-1] == [107, -31.764, 600] and made.axes[-1, 6] == 0
+    text = read_krl(tmp_path / "job.src", {})
+    assert text.pose[-1, :3].tolist() == [107, -31.764, 600] and text.external[-1, 0] == 0
+
+
+def test_a_point_of_which_a_part_is_not_known_stays_unknown(tmp_path):
+    body = "DECL E6POS p\np = {X 97,Y -41.764,Z away,A 180,B 0,C 20.42,E1 0,E2 0}\np.Z = 590\nLIN p"
+    assert any("where it leads isn't known" in text for text in left_open(run(tmp_path, body)))
 
 
 # what no controller loads

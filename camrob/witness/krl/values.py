@@ -65,6 +65,7 @@ class Scope(dict[str, Value]):
 
     def __init__(self) -> None:
         self.kinds: dict[str, str] = {}
+        self.lost: set[str] = set()  # whose values were, and aren't known any more
 
     def put(self, name: str, value: Value) -> None:
         """Sets X or X[3]: an INT takes a REAL rounded, half away from zero, and a REAL an INT as it is."""
@@ -73,6 +74,7 @@ class Scope(dict[str, Value]):
             value = _rounded(value)
         elif kind == "REAL" and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
+        self.lost.discard(name)
         self[name] = copy.deepcopy(value) if isinstance(value, dict) else value  # a copy: P.X may change in one alone
 
 
@@ -132,9 +134,11 @@ class Variables:
     def forget(self, name: str) -> None:
         """A variable whose value is no longer known."""
         head = name.split(".")[0]
-        place, bare = self._holder(head) or self.module, head.split("[")[0]
+        holder, bare = self._holder(head), head.split("[")[0]
+        place = self.module if holder is None else holder  # an empty scope is one, too
         self.keep(place, head)
         place.pop(head, None)
+        place.lost.add(head)
         place.kinds.setdefault(bare, "")
         self.known.add(bare)
 
@@ -160,6 +164,8 @@ class Variables:
         if not parts:
             place.put(head, value)
             return
+        if head in place.lost:
+            raise UnknownError(f"the rest of {head} isn't known")
         node = place.setdefault(head, {})
         for part in parts[:-1]:
             if not isinstance(node, dict):

@@ -103,9 +103,12 @@ class KrlMachine:
             self._want_speed(self.rows.modal.speed, line)
         elsewhere = self.rows.framed != (self.rows.modal.tool, self.rows.modal.base)
         kinds = {"LIN": [Motion.LIN], "CIRC": [Motion.CIRC_VIA, Motion.CIRC_END], "PTP": [Motion.PTP_POSE]}[word]
+        start = self.rows.pose, self.rows.external
         for kind, target in zip(kinds, targets, strict=True):
             if target is None:
                 continue
+            if kind is Motion.CIRC_END:  # what it leaves out is as before the arc, whatever the auxiliary point is
+                self.rows.pose, self.rows.external = start
             merged(self.rows, target, word, elsewhere=elsewhere, needed="XYZ" if kind is Motion.CIRC_VIA else "XYZABC")
             if word == "PTP" and target.axes is not None:
                 kind = Motion.PTP_AXES
