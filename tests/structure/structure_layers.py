@@ -70,12 +70,12 @@ OWED_ANNOTATIONS: dict[tuple[str, str], str] = {}
 STUDY_JOBS = ("camrob.jobs.studies.", "camrob.jobs.published_case", "camrob.jobs.tracker")
 
 HEAVY = frozenset(
-    {"torch", "matplotlib", "plotly", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"}
+    {"torch", "matplotlib", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"}
 )
 # rooms whose modules are there for a heavy library's sake, and may import it at their top; the command line and
 # `import camrob` never reach them before a job runs (test_importing_camrob_and_its_command_line_is_light)
 MAY_BE_HEAVY = {
-    "report": frozenset({"plotly", "matplotlib"}),  # pages and figures
+    "report": frozenset({"matplotlib"}),  # pages and figures
     "bodies": frozenset({"trimesh"}),  # meshes
     "checks": frozenset({"trimesh", "fcl", "coal"}),  # collisions
 }
