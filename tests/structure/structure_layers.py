@@ -69,9 +69,7 @@ OWED_ANNOTATIONS: dict[tuple[str, str], str] = {}
 # jobs that are a paper's study; the others' old words ask for one when they are run, and no sooner
 STUDY_JOBS = ("camrob.jobs.studies.", "camrob.jobs.published_case", "camrob.jobs.tracker")
 
-HEAVY = frozenset(
-    {"torch", "matplotlib", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"}
-)
+HEAVY = frozenset({"torch", "matplotlib", "trimesh", "pinocchio", "skfuzzy", "pytorch_kinematics", "fcl", "coal"})
 # rooms whose modules are there for a heavy library's sake, and may import it at their top; the command line and
 # `import camrob` never reach them before a job runs (test_importing_camrob_and_its_command_line_is_light)
 MAY_BE_HEAVY = {
