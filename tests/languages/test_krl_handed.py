@@ -154,3 +154,8 @@ def test_broken_words_of_structure_are_left_open(tmp_path: Path, body: str) -> N
 def test_a_name_that_begins_as_a_word_of_structure_opens_nothing(tmp_path: Path) -> None:
     with pytest.raises(KrlError, match="ENDIF closes nothing"):
         by_witness(written(tmp_path, "IF$IN[1] THEN\nLIN q\nENDIF"))
+
+
+def test_a_switch_without_a_case_is_no_traceback(tmp_path: Path) -> None:
+    program = read_krl(written(tmp_path, "i=1\nSWITCH i\nENDSWITCH\nLIN p"))
+    assert program.pose[-1, 0] == pytest.approx(10.0)

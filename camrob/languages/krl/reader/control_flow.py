@@ -68,6 +68,8 @@ class Flow:
         if isinstance(value, bool) or not isinstance(value, (int, str, Enumerated)):
             return None
         heads = [k for k in _own_lines(module, block) if re.match(r"(?:CASE|DEFAULT)\b", module.statements[k], re.I)]
+        if not heads:
+            return None
         for head, end in zip(heads, [*heads[1:], block.end], strict=True):
             case = tokens_of(module.statements[head].rstrip(": "))
             values: list[Value] = [value] if case[0].text == "DEFAULT" else []
