@@ -37,6 +37,8 @@ __all__ = [
 
 Interval = tuple[float, float]
 
+_SURE = 0.9  # of a name, from which it is acted on, whatever would show nearly the same
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GapFigures(OpenSummary):
@@ -137,6 +139,11 @@ class EffectFound(OpenSummary):
     def claimed(self) -> bool:
         """Whether it is claimed, and not only considered."""
         return self.probability >= 0.5
+
+    @property
+    def like_others(self) -> bool:
+        """Whether it may be another that shows nearly the same, so that nothing is to be changed for its name yet."""
+        return bool(self.indistinguishable_from) and self.probability < _SURE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,9 +7,11 @@ from typing import Any
 import pytest
 from summary_samples import diagnosis_summary, effect_found, shrunk
 
+from camrob.report.diagnosis.bars import place_charts
 from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
 from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
 from camrob.report.diagnosis.to_do import to_do
+from camrob.report.diagnosis.verdict import reading_text, verdict
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
 
 
@@ -88,9 +90,9 @@ BACKLASH = effect_found("backlash", ["A2"], {"A2_deg": 0.031})
 
 def test_the_sentence_reads_as_one_would_say_it() -> None:
     assert sentence(summary([BACKLASH])) == (
-        "62 % of the gap (0.310 mm rms) sits between encoder and TCP and reverses with A2's direction: backlash of A2, 0.0310 "
-        "degrees (97 % sure). Adding it takes 0.300 mm to 0.070 mm on a run that took no part (lap2.csv); the instrument's "
-        "noise is 0.030 mm."
+        "62 % of the gap (0.310 mm rms in the logs diagnosed) sits between encoder and TCP and reverses with A2's direction: "
+        "backlash of A2, 0.0310 degrees (97 % sure). On a run that took no part (lap2.csv), adding it takes the gap from "
+        "0.300 mm to 0.070 mm; the instrument's noise is 0.030 mm."
     )
 
 
@@ -102,7 +104,7 @@ def test_where_one_rung_is_logged_no_share_is_made_up() -> None:
     }
     said = sentence(summary([BACKLASH], where=where))
     assert said.startswith(
-        "The gap (0.310 mm rms) lies between set-point and TCP, the only stage that is logged; it follows"
+        "The gap (0.310 mm rms in the logs diagnosed) lies between set-point and TCP, the only stage that is logged; it follows"
     )
 
 
@@ -140,18 +142,17 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
         unknown=unknown,
     )
     said = sentence(alone)
-    assert (
-        "nothing in the library explains it: the best single effect, geometry, would take 0.300 mm to 0.200 mm" in said
-    )
+    assert "the best single effect, geometry, would take 0.300 mm to 0.200 mm" in said
     assert said.endswith("Something unknown is at work: A1 deviates with its own position.")
     assert unexplained(alone) == [
         "Between encoder and TCP: A1 deviates by 0.0684 degrees over the logs, smoothly with its own position",
         "lean would fit, with a value that no such machine has: 9 where 5 is",
     ]
     beside = summary([BACKLASH], unknown=unknown, together=shrunk(0.3, 0.2, withheld="a.csv, b.csv"))
-    assert "on runs that took no part (a.csv, b.csv)" in sentence(beside)
+    assert "On runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
-        "0.198 mm, 6.6 times the noise, remains unexplained: A1 deviates with its own position. That is 44 % of the gap's energy."
+        "Besides, 0.198 mm, 6.6 times the noise, remains unexplained there, 44 % of the energy that the gap has there: A1 deviates "
+        "with its own position. It is 99 % sure that a cause that the library lacks has a part in that rest."
     )
 
 
@@ -164,7 +165,8 @@ def test_what_stays_without_a_shape_is_the_second_statement() -> None:
         "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"], "comes_back": ""},
     }
     assert sentence(summary([BACKLASH], unknown=unknown)).endswith(
-        "0.198 mm, 6.6 times the noise, remains unexplained; it follows position. That is 44 % of the gap's energy."
+        "Besides, 0.198 mm, 6.6 times the noise, remains unexplained there, 44 % of the energy that the gap has there; it follows "
+        "position. It is 99 % sure that a cause that the library lacks has a part in that rest."
     )
     assert sentence(summary([], status="unexplained", unknown=unknown)).endswith(
         "Something unknown is at work, and follows position."
@@ -290,3 +292,23 @@ def test_a_constant_that_nobody_knows_is_said_as_one() -> None:
     alone = summary([], status="unexplained", unknown=unknown)
     assert sentence(alone).endswith("Something unknown is at work: the tool is off by a constant.")
     assert unexplained(alone) == ["Between encoder and TCP: the tool is off by 0.170 mm, whatever the posture"]
+
+
+def test_the_verdict_is_green_only_where_it_can_be_acted_on_and_the_part_gains_by_it() -> None:
+    assert verdict(summary([BACKLASH], unknown={"probability": 0.01})) == ("Explained", "good")
+    twin = _found("lean", 0.3, probability=0.6, indistinguishable_from=["geometry"])
+    assert verdict(summary([twin])) == ("Explained, but the cause is not sure", "warn")
+    late = _found("latency", 0.96, of_machine=False)
+    read = summary([late, _found("backlash", 0.18)])
+    assert verdict(read)[1] == "warn"
+    assert "0.960 mm rms, is an error of the measurement (latency), not of the part" in reading_text(read)
+    assert "about 0.180 mm rms moves the tool itself" in reading_text(read)
+    assert reading_text(summary([_found("latency", 0.1, of_machine=False), _found("backlash", 0.18)])) == ""
+
+
+def test_of_the_axes_what_is_blamed_stands_first_and_all_others_are_pale() -> None:
+    where = {"axes": {"A1": 0.71, "A2": 0.15}, "axis_intervals": {"A1": [0.7, 0.8], "A2": [0.1, 0.2]}}
+    chart = next(c for c in place_charts(summary([BACKLASH], where=where)) if c["id"] == "by-axis")
+    (bars,) = chart["traces"]
+    assert [x.split("<br>")[0] for x in bars["x"]] == ["A2", "A1"]
+    assert bars["marker"]["color"][0].startswith("#") and bars["marker"]["color"][1].startswith("rgba")

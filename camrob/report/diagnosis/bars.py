@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from camrob.report.diagnosis.charts import AFTER, BEFORE, NOISE, noise_trace
+from camrob.report.diagnosis.numbers import mm
 from camrob.report.diagnosis.sentences import between, only_first, plain_name
 from camrob.report.page.html import plot_text
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
-__all__ = ["place_charts", "shrink_charts"]
+__all__ = ["axes_read", "place_charts", "rest_charts", "shrink_charts"]
 
 Chart = dict[str, Any]
 _GREEN = "#2f9e77"
+_PALE = "rgba(125, 135, 148, 0.35)"  # what the verdict doesn't name
 _LIKELY = 0.5
+_MEANT = 0.05  # p-value below which the rest is said to follow a regime
 # px that titles and ticks take; the legend stands above the bars
 _MARGIN = {"t": 34, "r": 10, "l": 56, "b": 46}
 _LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
@@ -29,22 +33,52 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     stages = {_arrow(k, summary): (v, where.stage_intervals[k]) for k, v in where.stages.items()}
     blamed = [a for a in summary.blamed_axes if a in where.axes]
     order = [*blamed, *(a for a in where.axes if a not in blamed)]
-    axes = {k: (where.axes[k], where.axis_intervals[k]) for k in order}
+    read, rms = axes_read(summary), summary.gap.rms_mm
+    names = {
+        k: f"{k}\n{mm(read[k]) if k in read else f'as {mm(rms * math.sqrt(max(where.axes[k], 0.0)))}'}" for k in order
+    }
+    axes = {names[k]: (where.axes[k], where.axis_intervals[k]) for k in order}
     # a shift of an axis that nothing is blamed on may mimic the gap too: that is no cause
-    colors = [AFTER if a in blamed or not blamed else NOISE for a in order]
-    unit = "share of the gap's energy [%]"
-    title = "By axis, those that are blamed first" if blamed else "By axis"
+    colors = [AFTER if a in blamed else _PALE for a in order]
+    unit = "share of the whole gap's energy [%]"
+    title = f"By axis, of the whole gap{': those blamed first' if blamed else ''}"
     shares = {**where.regimes, **{k: v for k, v in where.further_regimes.items() if v}}
     follow = [r for r in summary.blamed_regimes if r in shares]
     kinds = [*follow, *(r for r in shares if r not in follow)]
     regimes = {k: (shares[k], where.regime_intervals[k]) for k in kinds}
-    shades = [_GREEN if k in follow or not follow else NOISE for k in kinds]
+    shades = [_GREEN if k in follow else _PALE for k in kinds]
+    by_axis = _bars("by-axis", title, unit, axes, colors, 100.0, rms)
+    title = f"By regime, of the whole gap{': what is blamed first' if follow else ''}"
     return [
         _bars("by-stage", "By stage", "rms [mm]", stages, BEFORE, 1.0),
         *_by_cause(summary),
-        _bars("by-axis", title, unit, axes, colors, 100.0),
-        _bars("by-regime", "By regime, what is blamed first" if follow else "By regime", unit, regimes, shades, 100.0),
+        by_axis,
+        _bars("by-regime", title, unit, regimes, shades, 100.0, rms),
     ]
+
+
+def axes_read(summary: DiagnosisSummary) -> dict[str, float]:
+    """mm rms at the tool that each axis is off by as its drive's log shows; empty where most of the gap is elsewhere."""
+    stages = {k: v or 0.0 for k, v in summary.where.stages.items()}
+    if max(stages, key=lambda k: stages[k], default="") != "setpoint_to_encoder":
+        return {}
+    return {axis: r.drive.rms_mm for axis, r in summary.axes_report.items() if r.drive is not None}
+
+
+def rest_charts(summary: DiagnosisSummary) -> list[Chart]:
+    """What stays once all that is claimed is taken away, by regime, as shares of its own energy; none where that is the gap."""
+    unknown = summary.unknown
+    if unknown.probability < _LIKELY or not any(not only_first(e) for e in summary.claimed):
+        return []
+    left = sorted(summary.residual.structure, key=lambda s: s.regime not in unknown.where.regimes)
+    if not any(s.share > 0.0 for s in left):
+        return []
+    values = {s.regime: (s.share, (s.share, s.share)) for s in left}
+    shades = [BEFORE if s.p_value < _MEANT and s.regime in unknown.where.regimes else _PALE for s in left]
+    unit = "share of the rest's energy [%]"
+    chart = _bars("rest-by-regime", "By regime, of the unexplained rest alone", unit, values, shades, 100.0)
+    del chart["traces"][0]["error_y"]
+    return [chart]
 
 
 def _by_cause(summary: DiagnosisSummary) -> list[Chart]:
@@ -74,8 +108,9 @@ def _bars(
     values: Mapping[str, tuple[float | None, Sequence[float] | None]],
     color: str | Sequence[str],
     factor: float,
+    whole_mm: float = 0.0,
 ) -> Chart:
-    """Bars with intervals; where there is no value, words say so."""
+    """Bars with intervals; where there is no value, words say so. whole_mm: rms that all is, for shares to say theirs in mm."""
     known = {k: (v, i) for k, (v, i) in values.items() if v is not None and i is not None}
     trace = {
         "type": "bar",
@@ -93,6 +128,9 @@ def _bars(
             "arrayminus": [factor * max(v - i[0], 0.0) for v, i in known.values()],
         },
     }
+    if whole_mm > 0.0:  # energies: the rms goes with a share's root
+        trace["customdata"] = [mm(whole_mm * math.sqrt(max(v, 0.0))) for v, _ in known.values()]
+        trace["hovertemplate"] = "%{x}: %{y:.3g} %, as much as %{customdata} rms<extra></extra>"
     missing = [
         {"text": "not<br>logged", "x": _broken(k), "y": 0, "yref": "y", "yanchor": "bottom", "showarrow": False}
         for k, (v, _) in values.items()
@@ -121,7 +159,9 @@ def _bars(
 
 def _broken(words: str) -> str:
     """A bar's name, over several lines where it is long."""
-    return "<br>".join(plot_text(part) for part in textwrap.wrap(words.replace(" to ", " to\u00a0"), 12))
+    return "<br>".join(
+        plot_text(part) for line in words.splitlines() for part in textwrap.wrap(line.replace(" to ", " to\u00a0"), 12)
+    )
 
 
 def shrink_charts(summary: DiagnosisSummary) -> list[Chart]:

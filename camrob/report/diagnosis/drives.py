@@ -8,10 +8,11 @@ from camrob.report.diagnosis.numbers import measure, mm, share
 from camrob.report.page.html import escape
 from camrob.report.page.parts import section, table
 from camrob.summaries.diagnosis_places import AxisError
-from camrob.summaries.diagnosis_summary import DiagnosisSummary
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
 
-__all__ = ["drives_section", "drives_texts"]
+__all__ = ["drive_follows", "drive_text", "drives_section", "drives_texts"]
 
+_DRIVE, _NOTHING = "setpoint_to_encoder", "constant"
 _MOST = 3  # axes that are said in words
 _BESIDE = 0.2  # of the farthest axis's rms at the tool, from which another is said beside it
 _WORTH_MM = 0.001  # rms at the tool of which a line is worth something
@@ -48,17 +49,46 @@ def drives_section(summary: DiagnosisSummary) -> str:
     return section("Axis by axis, read off the log", table(head, rows, left=2)) if rows else ""
 
 
+def drive_text(summary: DiagnosisSummary, entry: EffectFound) -> str:
+    """Beside a claim on one axis's drive, what its log shows of it where that follows the same; "" for nothing."""
+    if len(entry.axes) != 1 or entry.stages != (_DRIVE,):
+        return ""
+    error = _drive(summary, entry.axes[0])
+    if error is None or error.pattern.follows not in entry.regimes:
+        return ""
+    return f"; the log shows {entry.axes[0]} {mm(error.rms_mm)} rms off at the tool{_which(error)}"
+
+
+def drive_follows(summary: DiagnosisSummary, axis: str) -> str:
+    """What the error of an axis's drive follows, after its size; "" for nothing or where none is logged."""
+    error = _drive(summary, axis)
+    return f"{_which(error)}" if error and error.pattern.follows != _NOTHING else ""
+
+
+def _which(error: AxisError) -> str:
+    return _followed(error).replace(", follows", ", which follows")
+
+
+def _drive(summary: DiagnosisSummary, axis: str) -> AxisError | None:
+    """An axis's error between set-point and encoder."""
+    report = summary.axes_report.get(axis)
+    d = None if report is None else report.drive
+    if d is None:
+        return None
+    return AxisError(unit=d.unit, rms=d.rms, worst=d.worst, mean=d.mean, rms_mm=d.rms_mm, pattern=d.pattern)
+
+
 def _stages(summary: DiagnosisSummary) -> Iterator[tuple[str, list[tuple[str, AxisError, str]]]]:
     """Each stage's name, and of each axis its error and what that is within, "" for nothing."""
     reports = summary.axes_report.items()
     drives = [
         (
             axis,
-            AxisError(unit=d.unit, rms=d.rms, worst=d.worst, mean=d.mean, rms_mm=d.rms_mm, pattern=d.pattern),
-            d.within,
+            error,
+            r.drive.within,
         )
         for axis, r in reports
-        if (d := r.drive) is not None
+        if r.drive is not None and (error := _drive(summary, axis)) is not None
     ]
     if drives:
         yield "set-point to encoder", drives
@@ -78,7 +108,7 @@ def _size(error: AxisError) -> str:
 def _followed(error: AxisError) -> str:
     """What an error follows most, with the share of its energy; "" for nothing."""
     pattern = error.pattern
-    if pattern.follows == "constant":
+    if pattern.follows == _NOTHING:
         return ", a constant" if error.mean**2 > 0.5 * error.rms**2 else ""
     every = f" every {measure(pattern.period, _unit(error))}" if pattern.period else ""
     return f", follows {pattern.follows}{every} ({share(pattern.share)})"

@@ -87,7 +87,9 @@ def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[st
         values[pair[0]] = (size, max(stds), f"{axis}, {order} times a turn,", "degrees")
     known = sorted(values.values(), key=lambda x: -abs(x[0]) / max(x[1], 1e-30))
     texts = [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:most] if abs(value) >= std]
-    texts = texts or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known[:1]]
+    if not texts and len(known) > 1:
+        return [f"none of its {len(known)} values is beyond its own doubt"], 0
+    texts = texts or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known]
     return texts, len(known) - len(texts)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from camrob.gap.diagnosis import PathError
-from camrob.report.diagnosis.bars import place_charts, shrink_charts
+from camrob.report.diagnosis.bars import axes_read, place_charts, rest_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_clouds
 from camrob.report.diagnosis.drives import drives_section
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
@@ -22,6 +22,7 @@ from camrob.report.diagnosis.sentences import (
 )
 from camrob.report.diagnosis.times import timing_section
 from camrob.report.diagnosis.to_do import to_do
+from camrob.report.diagnosis.verdict import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, page
@@ -33,11 +34,11 @@ __all__ = ["diagnosis_report"]
 
 Chart = Mapping[str, Any]
 
-_LEVEL = {"explained": "good", "no gap": "good", "partly explained": "warn", "unexplained": "bad"}
 _INTERVALS = "Lines on the bars: 90 % intervals, by resampling whole stretches of the path."
 _MOST_VALUES, _MOST_SETS = 6, 6  # a line's room; the JSON has all
 _ENOUGH = 100.0  # sigmas: more of them say no more
 _NONE = "none of these"
+_LIKELY = 0.5
 _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
 
 
@@ -46,6 +47,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
     claimed = any(not only_first(e) for e in summary.claimed)
     space, along = space_clouds(paths, claimed=claimed), error_charts(summary.gap, paths, claimed=claimed)
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
+    rest = rest_charts(summary)
     stays, what = residual_chart(summary.gap, paths), "poses" if paths and all(p.poses for p in paths) else "path"
     body = "\n".join(
         [
@@ -55,8 +57,12 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _unexplained(summary),
             _to_do(summary),
             _next(summary),
-            section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
-            section("Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, places[-2:])),
+            section(
+                f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, paths, claimed=claimed)
+            ),
+            section(
+                "Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, [*places[-2:], *rest])
+            ),
             _instrument(summary),
             _missing(summary),
             _causes(summary),
@@ -71,7 +77,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             "show those. This page loads nothing and sends nothing.</footer></main>",
         ]
     )
-    charts = [*places, *shrunk, *along, stays]
+    charts = [*places, *rest, *shrunk, *along, stays]
     data = {"names": {}, "clouds": [cloud.data() for cloud in space]}
     data["charts"] = [{k: c[k] for k in ("id", "traces", "layout")} | {"ruler": c["id"]} for c in charts]
     return page("diagnosis", body, data)
@@ -85,11 +91,18 @@ def _alone(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
     """By axis and by regime, each by itself: not what is found, where something is."""
     title = "What one axis, or one regime, would explain by itself"
     note = (
-        "The share of the gap's energy that a shift of each axis alone, or a function of each regime alone, would take on "
-        "stretches that took no part. These overlap and do not add up: each stands in for the others"
+        "No list of culprits: each bar is what one axis, or one regime, would take of the whole gap as diagnosed if all "
+        "else were sound. The bars overlap and don't add up to 100 %. "
     )
-    note += "; what is blamed may show less here than what is not." if summary.claimed else "."
-    return f'<div class="part"><h3>{escape(title)}</h3>{_pair(charts)}{_caption(note)}</div>'
+    if summary.blamed_axes or summary.blamed_regimes:
+        note += "What the verdict names is in colour and stands first; what is pale only looks alike in this log."
+    else:
+        note += "The verdict names none of them: a tall bar may only look alike in this log."
+    if axes_read(summary):
+        note += " Below an axis's name: how far its drive's log shows it off, in mm rms at the tool."
+    else:
+        note += " Below an axis's name: what its share alone would be, in mm rms at the tool."
+    return f'<div class="part"><h3>{escape(title)}</h3><p>{escape(note)}</p>{_pair(charts)}</div>'
 
 
 def _pair(charts: Sequence[Chart]) -> str:
@@ -112,14 +125,15 @@ def _bullets(words: Sequence[str]) -> str:
 
 
 def _head(summary: DiagnosisSummary) -> str:
-    status, logs, without = summary.status, ", ".join(summary.logs), ", ".join(summary.without)
+    logs, without = ", ".join(summary.logs), ", ".join(summary.without)
+    word, level = verdict(summary)
+    said = " ".join(one for one in (sentence(summary), reading_text(summary)) if one)
     taken = f" Taken out of the library: {without}." if without else ""
     made = f"Diagnosed: {logs}. Withheld: {summary.together.withheld}.{taken}"
     return (
         f"<header><h1>Diagnosis of {escape(summary.cell)}</h1>"
         f'<p class="made">{escape(made)}</p></header>'
-        f'<div class="verdict {_LEVEL.get(status, "warn")}"><strong>{escape(status.capitalize())}</strong> '
-        f"<span>{escape(sentence(summary))}</span></div>"
+        f'<div class="verdict {level}"><strong>{escape(word)}</strong> <span>{escape(said)}</span></div>'
     )
 
 
@@ -127,7 +141,11 @@ def _cards(summary: DiagnosisSummary) -> str:
     gap, t = summary.gap, summary.together
     left = f", {gap.outliers} more left out as outliers" if gap.outliers else ""
     after = (
-        ("before → after, rms", escape(to_mm(t.rms_before_mm, t.rms_after_mm)), withheld_text(summary))
+        (
+            "gap without → with what is claimed, rms",
+            escape(to_mm(t.rms_before_mm, t.rms_after_mm)),
+            withheld_text(summary),
+        )
         if summary.claimed
         else ("after", "–", "nothing is claimed, so nothing is taken away")
     )
@@ -140,20 +158,30 @@ def _cards(summary: DiagnosisSummary) -> str:
             ),
             after,
             (noise_name(summary), escape(mm(gap.noise_mm)), "3-D rms: below it nothing can be seen"),
-            (
-                "something else at work too" if summary.claimed else "something unknown at work",
-                escape(sure(summary.unknown.probability)),
-                "a cause that the library lacks",
-            ),
+            _rest_card(summary),
         ]
     )
+
+
+def _rest_card(summary: DiagnosisSummary) -> tuple[str, str, str]:
+    """How much stays unexplained, and only then how sure it is that something unknown has a part in it."""
+    unknown = summary.unknown
+    chance = f"{sure(unknown.probability)} sure that a cause that the library lacks has a part in it"
+    if unknown.probability < _LIKELY:
+        return "stays unexplained", "nothing that shows", chance
+    where = withheld_text(summary).partition(" (")[0]
+    return "stays unexplained, rms", escape(mm(unknown.rms_mm)), f"{where}, besides the noise; {chance}"
 
 
 def _unexplained(summary: DiagnosisSummary) -> str:
     sentences = unexplained(summary)
     if not sentences:
         return ""
-    note = _caption("A place and a shape, found without physics: no cause.") if summary.unknown.shapes else ""
+    words = (
+        "Where it shows and how it goes, found without physics: what the machine would have to do to look so, and not why. "
+        "Another axis that moves at the same time may be the one."
+    )
+    note = _caption(words) if summary.unknown.shapes else ""
     return section("What is unexplained", _bullets(sentences), note)
 
 
@@ -162,10 +190,13 @@ def _to_do(summary: DiagnosisSummary) -> str:
     return section("What to do", f"<ol>{''.join(steps)}</ol>") if steps else ""
 
 
-def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
-    scale = "No effect is claimed, so there is no picture of an after."
-    if claimed:
-        scale = f"Both pictures share one scale. Errors {withheld_text(summary)}: those behind the figures above."
+def _space_caption(summary: DiagnosisSummary, paths: Sequence[PathError], *, claimed: bool) -> str:
+    logs = ", ".join(dict.fromkeys(p.log for p in paths))
+    shown = f"Shown is {logs}, {withheld_text(summary)}, where the gap is {mm(summary.together.rms_before_mm)} rms"
+    shown += f" ({mm(summary.gap.rms_mm)} in the logs diagnosed)." if logs else "."
+    scale = f"{shown} " + (
+        "Both pictures share one scale." if claimed else "No effect is claimed, so there is no picture of an after."
+    )
     return _caption(f"Nominal TCP in the measured frame, to scale. Drag to turn it, or by the arrow keys. {scale}")
 
 
@@ -261,17 +292,21 @@ def _residual(summary: DiagnosisSummary, chart: Chart) -> str:
         f"{one.regime} ({share(one.share)})" for one in left.structure if one.p_value < 0.05 and one.share > _SHOWN
     ]
     text = (
-        f"On withheld samples {mm(left.rms_mm)} rms stay, where {noise_name(summary)} is {mm(left.noise_mm)}; "
-        f"the chance that something unknown is at work is {sure(summary.unknown.probability)}."
+        f"{withheld_text(summary).capitalize()} {mm(left.rms_mm)} rms stay, where {noise_name(summary)} is "
+        f"{mm(left.noise_mm)}; it is {sure(summary.unknown.probability)} sure that something unknown has a part in it."
     )
     if 0.0 < left.structured_mm <= left.rms_mm:
         text += f" {mm(left.structured_mm)} of what remains are correlated from sample to sample."
-    text += f" What stays on the logs still follows: {', '.join(follows)} of its energy." if follows else ""
+    text += f" What stays still follows: {', '.join(follows)} of its own energy, not of the gap's." if follows else ""
     clock = "" if latency is None else f" Latency of the instrument: {measure(s_to_ms(latency), 'ms', 2)}"
     if latency is not None and interval is not None:
         low, high = (measure(s_to_ms(v), "ms", 2) for v in interval)
         clock += f" (95 %: {low} to {high})"
-    note = _caption(f"Where bars reach beyond the line, more than noise is left.{clock and f'{clock}.'}")
+    words = (
+        "Bars to the right of where the curve has ended are more than noise. Where most bars stand left of its peak, the noise "
+        "of the greater part of this run is less than the figure, and a few places hold the rest."
+    )
+    note = _caption(f"{words}{clock and f'{clock}.'}")
     return section("What remains, besides the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
 
 

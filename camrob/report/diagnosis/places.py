@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.numbers import mm, share
 from camrob.report.diagnosis.sentences import between, standards_text
 from camrob.report.page.html import escape
 from camrob.report.page.parts import section, table
+from camrob.summaries.diagnosis_places import Places
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["place_sections"]
 
 Values = dict[str, tuple[float | None, tuple[float, float] | None]]
 
+_FRAME = ("x", "y", "z")
 _WORST = 6  # as many as one looks at; the JSON has all
 _DIRECTIONS = {
     "x": "x of the measured frame",
@@ -58,17 +60,24 @@ def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
     head = ("rms", "across the path", "along it")
     stretches = table(("log", "stretch", *head), rows, left=2)
     lines = table(("log", "line by line", *head), single, left=2) if single else ""
-    return section("Worst stretches", stretches, _changes(summary), lines)
+    unlined = any(s.log not in lined for s in worst)
+    note = '<p class="caption">Rows are counted as in the file of the log, its head being row 1.</p>' if unlined else ""
+    return section("Worst stretches", stretches, _changes(summary, lined), lines, note)
 
 
-def _changes(summary: DiagnosisSummary) -> str:
+def _counted(log: str, lined: Collection[str]) -> str:
+    """What a line of a log's track is counted in."""
+    return "program line" if log in lined else "row"
+
+
+def _changes(summary: DiagnosisSummary, lined: Collection[str]) -> str:
     """Where the mean gap changes at once."""
     changes = sorted(summary.where.change_points, key=lambda c: -c.step_mm)
     if not changes:
         return ""
     several = len({c.log for c in changes}) > 1
     words = [
-        f"{mm(c.step_mm)} after {c.t_s:.1f} s (line {c.line}{' of ' + c.log if several else ''})"
+        f"{mm(c.step_mm)} after {c.t_s:.1f} s ({_counted(c.log, lined)} {c.line}{' of ' + c.log if several else ''})"
         for c in changes[:_WORST]
     ]
     more = f", and {len(changes) - _WORST} times more by less" if len(changes) > _WORST else ""
@@ -80,7 +89,7 @@ def _numbers(summary: DiagnosisSummary) -> str:
     where = summary.where
     regimes = {**where.regimes, **where.further_regimes}
     stages: Values = {between(k, summary): (v, where.stage_intervals[k]) for k, v in where.stages.items()}
-    directions: Values = {_DIRECTIONS[k]: (v, where.direction_intervals[k]) for k, v in where.directions.items()}
+    directions: Values = _directions(where)
     groups: tuple[tuple[str, Values, Callable[[float], str]], ...] = (
         ("Stage", stages, mm),
         ("Direction", directions, mm),
@@ -97,8 +106,20 @@ def _numbers(summary: DiagnosisSummary) -> str:
             for name, (v, i) in values.items()
             if v is None or i is None or max(abs(v), *map(abs, i)) > 0.0
         ]
-        cells += f"<div>{table((title.lower(), 'how much (90 % of it)'), rows)}</div>"
+        cells += f"<div>{table((title.lower(), 'how much (90 % interval)'), rows)}</div>"
     return section("Where, in numbers", f'<div class="pair wide">{cells}</div>')
+
+
+def _directions(where: Places) -> Values:
+    """Directions with their intervals; those of the work on one line with the measured frame's where they are the same."""
+    found = {k: (v, where.direction_intervals[k]) for k, v in where.directions.items()}
+    same = all(f"work_{k}" in found and found[f"work_{k}"] == found.get(k) for k in _FRAME)
+    if not same:
+        return {_DIRECTIONS[k]: v for k, v in found.items()}
+    named = {
+        k: _DIRECTIONS[k] + (" and of the work" if k in _FRAME else "") for k in found if not k.startswith("work_")
+    }
+    return {name: found[k] for k, name in named.items()}
 
 
 def _spread(value: str, low: str, high: str) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
+from camrob.report.diagnosis.drives import drive_follows, drive_text
 from camrob.report.diagnosis.numbers import measure, mm, parameter_words, share, sure, waves
 from camrob.summaries.diagnosis_places import RunStandard, StageWithin, Standard
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, UnknownShape
@@ -45,6 +47,7 @@ _FROM = "from "  # how what it follows begins where it is a moment
 _CONSTANT = "constant"  # what the unexplained is said to follow where it follows nothing
 _WITH = "compensate --diagnosis corrects what of it comes back from run to run"
 _WORTH = 0.05  # share of the gap's energy that is worth a word where it stays unexplained
+_NAMED = 0.005  # share of the rest from which it is named beside what the rest follows
 
 
 def plain_name(effect: str) -> str:
@@ -83,10 +86,10 @@ def sentence(summary: DiagnosisSummary) -> str:
     follows = _follows(summary, inside)
     text += f"{joint} {follows}" if follows and (inside or not first) else ""
     if inside:
-        text += f": {_listed([_named(e) for e in inside], '; ')}"
+        text += f": {_listed([_named(e, drive_text(summary, e)) for e in inside], '; ')}"
         text += (
-            f". Adding {'it' if len(inside) == 1 else 'them'} takes {mm(together.rms_before_mm)} to "
-            f"{mm(together.rms_after_mm)} {withheld_text(summary)}; {noise_name(summary)} is {noise}."
+            f". {_capital(withheld_text(summary))}, adding {'it' if len(inside) == 1 else 'them'} takes the gap from "
+            f"{mm(together.rms_before_mm)} to {mm(together.rms_after_mm)}; {noise_name(summary)} is {noise}."
         )
     elif first:
         text += "."
@@ -127,14 +130,32 @@ def unexplained(summary: DiagnosisSummary) -> list[str]:
     unknown = summary.unknown
     if unknown.probability < 0.5:
         return []
-    sentences = [f"B{_STAGE[s.stage][1:]}: {_shape(s)}" for s in unknown.shapes]
+    sentences = [f"{_capital(between(s.stage, summary))}: {_shape(s)}{_shape_size(summary)}" for s in unknown.shapes]
     words = unknown.text.split("; ")
-    sentences += [w[0].upper() + w[1:] for w in words if w and (not unknown.shapes or w.startswith(_READ_OFF))]
+    sentences += [
+        f"{_capital(w)}{_read_off(summary, w)}" for w in words if w and (not unknown.shapes or w.startswith(_READ_OFF))
+    ]
     sentences += [
         f"{plain_name(name)} would fit, with a value that no such machine has: {why}"
         for name, why in unknown.implausible.items()
     ]
     return [printable(t) for t in sentences]
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _shape_size(summary: DiagnosisSummary) -> str:
+    """How far a single shape moves the tool, as the diagnosis's own text ends; "" where there are several, or no such end."""
+    found = re.search(r"\((\S+ mm) rms at the TCP\)$", summary.unknown.text)
+    return f", {found[1]} rms at the tool" if found and len(summary.unknown.shapes) == 1 else ""
+
+
+def _read_off(summary: DiagnosisSummary, words: str) -> str:
+    """What the axis's error that a text was read off from follows; "" where it is no such text, or the error follows nothing."""
+    axis = words.removeprefix(f"{_STAGE['setpoint_to_encoder']}, ").split(" ")[0] if words.startswith(_READ_OFF) else ""
+    return drive_follows(summary, axis)
 
 
 def _shape(shape: UnknownShape) -> str:
@@ -210,7 +231,7 @@ def _listed(words: Sequence[str], by: str = ", ") -> str:
 def _place(summary: DiagnosisSummary) -> tuple[str, str]:
     """Where most of the gap sits, and what joins that to the next words."""
     stages = {k: v for k, v in summary.where.stages.items() if v is not None}
-    whole = f"gap ({mm(summary.gap.rms_mm)} rms)"
+    whole = f"gap ({mm(summary.gap.rms_mm)} rms in the logs diagnosed)"
     most = max(stages, key=lambda k: stages[k])
     if most == _FIRST:
         part = stages[most] ** 2 / max(sum(v * v for v in stages.values()), 1e-12)
@@ -238,9 +259,11 @@ def _follows(summary: DiagnosisSummary, claimed: Sequence[EffectFound]) -> str:
     return _FOLLOWS[most]
 
 
-def _named(entry: EffectFound) -> str:
-    """An effect with its axes, its values where they are few, else by how much it moves the TCP, and how sure it is."""
-    name, chance = plain_name(entry.effect), f"{sure(entry.probability)} sure"
+def _named(entry: EffectFound, read: str = "") -> str:
+    """An effect with its axes, its values where they are few, else by how much it moves the TCP; how sure it is, and
+    what its drive's log shows (read).
+    """
+    name, chance = plain_name(entry.effect), f"{sure(entry.probability)} sure{read}"
     values = {k: v.value for k, v in entry.parameters.items()}
     axes = [a for a in entry.axes if f"{a}_deg" in values or f"{a}_mm" in values or f"{a}_rad_nm" in values]
     if len(axes) == len(entry.axes) and 0 < len(axes) <= _MOST_VALUES:
@@ -281,8 +304,8 @@ def _best_single(summary: DiagnosisSummary) -> str:
         return ""
     left, noise = mm(best.alone.rms_after_mm), mm(summary.gap.noise_mm)
     return (
-        f": the best single effect, {plain_name(best.effect)}, would take {mm(before)} to {left}, with a noise of {noise}, "
-        f"and is {sure(best.probability)} sure"
+        f": {withheld_text(summary)}, the best single effect, {plain_name(best.effect)}, would take {mm(before)} to {left}, "
+        f"with a noise of {noise}, and is {sure(best.probability)} sure"
     )
 
 
@@ -308,17 +331,24 @@ def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
     elif unknown.where.comes_back:
         text += f"{'; it' if claimed else ', and'} comes back {unknown.where.comes_back}"
     elif unknown.where.regimes:
-        text += f"{'; it' if claimed else ', and'} follows {_listed(unknown.where.regimes[:2])}"
+        text += f"{'; it' if claimed else ', and'} follows {_listed(_of_rest(summary, unknown.where.regimes[:2]))}"
     elif not claimed:
         text += ": what remains is correlated, beyond the noise"
-    if claimed and unknown.share > _WORTH:
-        text += f". That is {share(unknown.share)} of the gap's energy"
+    if claimed:
+        text += f". It is {sure(unknown.probability)} sure that a cause that the library lacks has a part in that rest"
     return text + "."
 
 
+def _of_rest(summary: DiagnosisSummary, regimes: Sequence[str]) -> list[str]:
+    """Regimes that the rest follows, each with its share of the rest where that was found."""
+    shares = {s.regime: s.share for s in summary.residual.structure if s.share >= _NAMED}
+    return [f"{r} ({share(shares[r])} of that rest)" if r in shares and summary.claimed else r for r in regimes]
+
+
 def _stays(summary: DiagnosisSummary) -> str:
-    """How much remains unexplained, besides the noise."""
+    """How much remains unexplained, besides the noise, on the same samples as the sizes before."""
     unknown, noise = summary.unknown, summary.gap.noise_mm
     times = unknown.rms_mm / noise if noise > 0.0 else 0.0
     beside = f", {times:.{1 if times < 10.0 else 0}f} times the noise," if times >= _TIMES else ""
-    return f"{mm(unknown.rms_mm)}{beside} remains unexplained"
+    part = f", {share(unknown.share)} of the energy that the gap has there" if unknown.share > _WORTH else ""
+    return f"Besides, {mm(unknown.rms_mm)}{beside} remains unexplained there{part}"

@@ -21,6 +21,7 @@ from camrob.report.diagnosis.sentences import (
 )
 from camrob.report.diagnosis.times import timing_texts
 from camrob.report.diagnosis.to_do import to_do
+from camrob.report.diagnosis.verdict import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_text, sizes_text
 from camrob.report.words import shown_text
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
@@ -33,8 +34,8 @@ _MOST = 3  # axes and regimes that are shown
 def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
     """The summary of `camrob diagnose` for a terminal: the sentence, then what it rests on."""
     parts: list[RenderableType] = [
-        shown_text(summary.status.capitalize(), "bold"),
-        shown_text(sentence(summary)),
+        shown_text(verdict(summary)[0], "bold"),
+        shown_text(" ".join(one for one in (sentence(summary), reading_text(summary)) if one)),
         Text(""),
     ]
     if summary.effects:

@@ -10,6 +10,7 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 __all__ = ["timing_section", "timing_texts"]
 
+_NO_PROGRAM = "no program"
 _SAME = 2.0  # per cent within which a run takes the time that the virtual controller does
 
 
@@ -75,8 +76,8 @@ def _s(seconds: float) -> str:
 def timing_section(summary: DiagnosisSummary) -> str:
     """The section of the page; "" where no log's timing is known."""
     timings = summary.where.timing
-    if not timings:
-        return ""
+    if all(one.duration is None and one.reason == _NO_PROGRAM for one in timings):
+        return ""  # what the logs lack says so
     lines = [
         f"{one.log}: not compared, {one.reason}." if one.duration is None else _line(one, one.duration)
         for one in timings

@@ -10,6 +10,7 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary, Shrunk, Togethe
 
 __all__ = ["careful_text", "regimes_table", "regimes_text", "sizes_table", "sizes_text"]
 
+_NO_WORD = ", more than the gap: proves nothing there"
 _WORTH_A_WORD = 20  # samples
 
 
@@ -28,7 +29,7 @@ def sizes_table(summary: DiagnosisSummary) -> str:
         gone = 1.0 - compensable.rms_after_mm / max(compensable.rms_before_mm, 1e-12)
         rows.append(["<b>compensate</b>", "what a postprocessor can correct", sizes, "", "", escape(share(gone))])
     rows.append([noise_name(summary), "the floor", escape(mm(summary.gap.noise_mm)), "", "", ""])
-    return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 %)"), rows, left=2)
+    return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 % interval)"), rows, left=2)
 
 
 def _sizes(shrunk: Shrunk | Together) -> list[str]:
@@ -103,10 +104,10 @@ def regimes_table(summary: DiagnosisSummary) -> str:
                 str(r.samples),
                 escape(to_mm(r.rms_before_mm, r.rms_after_mm)),
                 escape(shrinks),
-                escape(mm(r.doubt_mm)),
+                escape(mm(r.doubt_mm) + (_NO_WORD if r.doubt_mm > r.rms_before_mm else "")),
             ]
         )
-    head = ("regime", "withheld", "samples", "rms", "shrinks by (90 %)", "the fit's own doubt there")
+    head = ("regime", "withheld", "samples", "rms", "shrinks by (90 % interval)", "the fit's own doubt there")
     note = (
         '<p class="caption">Each regime in turn takes no part in the fit, and its gap is then predicted. The set of effects was '
         "chosen with all of them. Doubt: how far that prediction may be off, as the other samples can't say more.</p>"
