@@ -35,12 +35,14 @@ def play() -> Diagnosis:
 def test_the_sentence_says_where_what_and_how_far_it_shrinks() -> None:
     said = sentence(play().summary)
     assert re.match(
-        r"All of the gap \(0\.\d+ mm rms in the logs diagnosed\) sits between encoder and TCP and reverses with A2's direction: backlash of A2, ",
+        r"All of the gap \(0\.\d+ mm rms in the logs diagnosed\) sits between encoder and TCP "
+        r"and reverses with A2's direction: backlash of A2, ",
         said,
     )
     assert re.search(r"backlash of A2, 0\.0(3|29\d|30\d) degrees \(9\d % sure\)", said)
     assert re.search(
-        r"On stretches that took no part, adding it takes the gap from 0\.\d+ mm to 0\.03\d mm; the instrument's noise is 0\.03\d mm\.$",
+        r"On stretches that took no part, adding it takes the gap from 0\.\d+ mm to 0\.03\d mm; "
+        r"the instrument's noise is 0\.03\d mm\.$",
         said,
     )
 

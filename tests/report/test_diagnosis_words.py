@@ -151,8 +151,8 @@ def test_the_unknown_is_named_with_its_place_and_with_what_stays() -> None:
     beside = summary([BACKLASH], unknown=unknown, together=shrunk(0.3, 0.2, withheld="a.csv, b.csv"))
     assert "On runs that took no part (a.csv, b.csv)" in sentence(beside)
     assert sentence(beside).endswith(
-        "Besides, 0.198 mm, 6.6 times the noise, remains unexplained there, 44 % of the energy that the gap has there: A1 deviates "
-        "with its own position. It is 99 % sure that a cause that the library lacks has a part in that rest."
+        "Besides, 0.198 mm, 6.6 times the noise, remains unexplained there, 44 % of the energy that the gap has there: A1 "
+        "deviates with its own position. It is 99 % sure that a cause that the library lacks has a part in that rest."
     )
 
 
@@ -165,8 +165,8 @@ def test_what_stays_without_a_shape_is_the_second_statement() -> None:
         "where": {"rung": "encoder_to_tcp", "axes": [], "regimes": ["position"], "comes_back": ""},
     }
     assert sentence(summary([BACKLASH], unknown=unknown)).endswith(
-        "Besides, 0.198 mm, 6.6 times the noise, remains unexplained there, 44 % of the energy that the gap has there; it follows "
-        "position. It is 99 % sure that a cause that the library lacks has a part in that rest."
+        "Besides, 0.198 mm, 6.6 times the noise, remains unexplained there, 44 % of the energy that the gap has there; it "
+        "follows position. It is 99 % sure that a cause that the library lacks has a part in that rest."
     )
     assert sentence(summary([], status="unexplained", unknown=unknown)).endswith(
         "Something unknown is at work, and follows position."
@@ -297,7 +297,7 @@ def test_a_constant_that_nobody_knows_is_said_as_one() -> None:
 def test_the_verdict_is_green_only_where_it_can_be_acted_on_and_the_part_gains_by_it() -> None:
     assert verdict(summary([BACKLASH], unknown={"probability": 0.01})) == ("Explained", "good")
     twin = _found("lean", 0.3, probability=0.6, indistinguishable_from=["geometry"])
-    assert verdict(summary([twin])) == ("Explained, but the cause is not sure", "warn")
+    assert verdict(summary([twin])) == ("Explained, not surely", "warn")
     late = _found("latency", 0.96, of_machine=False)
     read = summary([late, _found("backlash", 0.18)])
     assert verdict(read)[1] == "warn"

@@ -57,9 +57,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _unexplained(summary),
             _to_do(summary),
             _next(summary),
-            section(
-                f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, paths, claimed=claimed)
-            ),
+            section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
             section(
                 "Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, [*places[-2:], *rest])
             ),
@@ -190,10 +188,9 @@ def _to_do(summary: DiagnosisSummary) -> str:
     return section("What to do", f"<ol>{''.join(steps)}</ol>") if steps else ""
 
 
-def _space_caption(summary: DiagnosisSummary, paths: Sequence[PathError], *, claimed: bool) -> str:
-    logs = ", ".join(dict.fromkeys(p.log for p in paths))
-    shown = f"Shown is {logs}, {withheld_text(summary)}, where the gap is {mm(summary.together.rms_before_mm)} rms"
-    shown += f" ({mm(summary.gap.rms_mm)} in the logs diagnosed)." if logs else "."
+def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
+    shown = f"Shown is the gap {withheld_text(summary)}, {mm(summary.together.rms_before_mm)} rms"
+    shown += f" ({mm(summary.gap.rms_mm)} in the logs diagnosed)."
     scale = f"{shown} " + (
         "Both pictures share one scale." if claimed else "No effect is claimed, so there is no picture of an after."
     )

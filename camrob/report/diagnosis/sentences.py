@@ -131,7 +131,7 @@ def unexplained(summary: DiagnosisSummary) -> list[str]:
     if unknown.probability < 0.5:
         return []
     sentences = [f"{_capital(between(s.stage, summary))}: {_shape(s)}{_shape_size(summary)}" for s in unknown.shapes]
-    words = unknown.text.split("; ")
+    words = unknown.text.replace("stays unexplained", f"stays unexplained {withheld_text(summary)}").split("; ")
     sentences += [
         f"{_capital(w)}{_read_off(summary, w)}" for w in words if w and (not unknown.shapes or w.startswith(_READ_OFF))
     ]

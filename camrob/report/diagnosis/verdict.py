@@ -21,11 +21,11 @@ def verdict(summary: DiagnosisSummary) -> tuple[str, str]:
     word, level = status.capitalize(), _LEVEL.get(status, "warn")
     if status in ("explained", "partly explained"):
         if not claimed:
-            return f"{word}, but not by which cause", "warn"
+            return f"{word}, not by which cause", "warn"
         if max(claimed, key=lambda e: e.moves_mm).like_others:
-            return f"{word}, but the cause is not sure", "warn"
+            return f"{word}, not surely", "warn"
     if status == "explained" and reading_text(summary):
-        return f"{word}, mostly as an error of the measurement", "warn"
+        return f"{word}, mostly misreading", "warn"
     return word, level
 
 
