@@ -119,7 +119,7 @@ def test_the_page_holds_every_effect_alone_and_added_last_with_tails() -> None:
     assert table.count("alone") == table.count("added last") == 2
     assert "<b>backlash</b>" in table
     assert "<b>together</b>" in table
-    for heading in ("rms", "95 %", "worst", "shrinks by (90 %)"):
+    for heading in ("rms", "95 %", "worst", "shrinks by (90 % interval)"):
         assert heading in table
     assert "the instrument" in table
 
