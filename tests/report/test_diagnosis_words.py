@@ -11,7 +11,7 @@ from camrob.report.diagnosis.bars import place_charts
 from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
 from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
 from camrob.report.diagnosis.to_do import to_do
-from camrob.report.diagnosis.verdict import reading_text, verdict
+from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
 
 

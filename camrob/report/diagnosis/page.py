@@ -22,7 +22,7 @@ from camrob.report.diagnosis.sentences import (
 )
 from camrob.report.diagnosis.times import timing_section
 from camrob.report.diagnosis.to_do import to_do
-from camrob.report.diagnosis.verdict import reading_text, verdict
+from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, page

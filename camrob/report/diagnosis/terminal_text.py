@@ -21,7 +21,7 @@ from camrob.report.diagnosis.sentences import (
 )
 from camrob.report.diagnosis.times import timing_texts
 from camrob.report.diagnosis.to_do import to_do
-from camrob.report.diagnosis.verdict import reading_text, verdict
+from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_text, sizes_text
 from camrob.report.words import shown_text
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
