@@ -9,8 +9,8 @@ can't judge, counts as told. Where neither says anything, the tip, the tool's ax
 have to agree. The two share no code, so that what they agree on is read by the manual twice.
 Exit status 1 where they differ; the mutant's changed lines and where they differ are printed.
 
-On 2026-11-27, of 13 000 mutants two were read otherwise (the end of a CIRC, a point known in part) and one was a traceback (SWITCH
-without a CASE); all three are mended.
+On 2026-11-27, of 13 000 mutants two were read otherwise (the end of a CIRC, a point known in part) and one was a traceback
+(SWITCH without a CASE); all three are mended.
 """
 
 from __future__ import annotations
