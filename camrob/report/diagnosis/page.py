@@ -100,7 +100,8 @@ def _alone(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
         note += " Below an axis's name: how far its drive's log shows it off, in mm rms at the tool."
     else:
         note += " Below an axis's name: what its share alone would be, in mm rms at the tool."
-    return f'<div class="part"><h3>{escape(title)}</h3><p>{escape(note)}</p>{_pair(charts)}</div>'
+    rest = _pair(charts[2:]) if len(charts) > 2 else ""  # three beside each other have no room for names
+    return f'<div class="part"><h3>{escape(title)}</h3><p>{escape(note)}</p>{_pair(charts[:2])}{rest}</div>'
 
 
 def _pair(charts: Sequence[Chart]) -> str:
