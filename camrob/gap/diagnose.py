@@ -21,7 +21,6 @@ from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import trial_of
-from camrob.gap.experiment.experiment import Experiment, plan_experiment
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.by_stage import STAGES, StageGaps, lacking, stage_gaps
 from camrob.gap.locate.corners import judge_corners, with_corners
@@ -39,6 +38,7 @@ from camrob.gap.locate.localise import (
 )
 from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
+from camrob.gap.next_run import NextRun, next_run
 from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
 from camrob.gap.observation.late_clock import brought_together
@@ -48,7 +48,6 @@ from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
 from camrob.gap.stood_elsewhere import moved_between, own_frame, stood_elsewhere
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
-from camrob.gap.verdict.remains import suspects
 from camrob.gap.verdict.verdict import Verdict, judge_effects
 from camrob.gap.verdict.within import tolerance_of
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -58,7 +57,7 @@ from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, silent
 from camrob.summaries.diagnosis_places import ChangePoint, Places, RunTiming, Standard, Stretch
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, GapFigures
-from camrob.units import m_to_mm, mm_to_m, rad_to_deg
+from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["diagnose"]
 
@@ -126,7 +125,7 @@ def diagnose(
     tell("locating", 0.85)
     rounding = any("program_to_setpoint" in e.stages for e in effects)
     corners = judge_corners(tracks, model.noise, known=rounding, tolerance=tolerance_of(scenes))
-    planned = _planned(model, verdict)
+    planned = next_run(model, verdict, effects)
     # the gap is what frames that fit best leave, whatever explains it
     shown = first if relaid else model
     places = _places(shown, by_stage, timings)
@@ -140,7 +139,7 @@ def diagnose(
         summary,
         claimed=tuple(e.effect for e in summary.claimed),
         paths=withheld_errors(trial, verdict.shrunk),
-        motions=() if planned is None else planned.motions,
+        motions=planned.motions,
         calibration=verdict.handed.calibration,
     )
 
@@ -163,7 +162,7 @@ def _said(
     places: Places,
     alignment: Alignment,
     verdict: Verdict,
-    planned: Experiment | None,
+    planned: NextRun,
     late: Mapping[str, float],
     *,
     moved: bool,
@@ -181,30 +180,19 @@ def _said(
         effects=verdict.effects,
         together=verdict.together,
         alternatives=verdict.alternatives,
-        unknown=verdict.unknown,
+        unknown=replace(verdict.unknown, isolated_by=planned.for_unknown),
         aliases=verdict.aliases,
         residual=verdict.residual,
-        next_experiment=verdict.next_experiment if planned is None else planned.text,
+        next_experiment=planned.text,
+        next_experiment_for=planned.about,
         logs=tuple(s.name for s in verdict.model.scenes),
         axes_report=axes_report(scenes),
         added_load=load_from_drives(scenes),
         instrument=instrument_suspect(verdict.model, verdict.effects, late, verdict.shrunk.rms_after, moved=moved),
         compensable=verdict.handed.said,
-        experiment=None if planned is None else planned.figures,
+        experiment=planned.figures,
         standards=tuple(_standards(verdict.model, fitted_errors(verdict.model, verdict.members))),
     )
-
-
-def _planned(model: Model, verdict: Verdict) -> Experiment | None:
-    if len(model.scenes[0].cell.indices(Role.ARM)) != _ARM or not all(s.tracked for s in model.scenes):
-        return None  # no motion of such an arm can be reckoned, or none would be measured
-    if verdict.status == "no gap":
-        return None
-    stays = verdict.unknown
-    likely, by_time = stays.probability >= 0.5, stays.where.regimes[:1] == ("time",)
-    returning = mm_to_m(stays.rms_mm) if stays.where.comes_back else 0.0
-    axes = suspects(model, stays)
-    return plan_experiment(model, verdict.claimed, axes, unknown=likely, by_time=by_time, returning=returning)
 
 
 def _laid_beside(

@@ -11,6 +11,7 @@ from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, Sta
 from camrob.summaries.fitted.diagnosis_fitted import FittedModel
 
 __all__ = [
+    "CLEAR_SIGMAS",
     "Alternative",
     "Compensable",
     "ConsideredMotion",
@@ -33,10 +34,13 @@ __all__ = [
     "UnknownPlace",
     "UnknownShape",
     "WithheldRegime",
+    "worth_running",
 ]
 
 Interval = tuple[float, float]
 
+CLEAR_SIGMAS = 5.0  # a motion that tells less is not worth its time
+_BETTER = 1.5  # times what the same again would tell: then a motion tells something new
 _SURE = 0.9  # of a name, from which it is acted on, whatever would show nearly the same
 
 
@@ -216,7 +220,8 @@ class UnknownPlace(OpenSummary):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unknown(OpenSummary):
     """How likely the library lacks a cause, how much of the withheld gap stays beside what is claimed and which share of its
-    energy that is, where it sits, and effects that would fit with values no machine has.
+    energy that is, where it sits, and effects that would fit with values no machine has. isolated_by: the run that would show
+    it alone, "" where it is not likely, and in files of before 2026-11-27.
     """
 
     probability: float
@@ -226,6 +231,7 @@ class Unknown(OpenSummary):
     text: str
     shapes: tuple[UnknownShape, ...]
     implausible: Mapping[str, str]
+    isolated_by: str = left_out("")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -273,6 +279,13 @@ class ConsideredMotion(OpenSummary):
     text: str
     separation_mm: float
     separation_sigmas: float
+
+
+def worth_running(noises: float, sigmas: float, again_sigmas: float) -> bool:
+    """Whether a motion shows a person more than the same again would: what it sets apart (rms), in noises of one sample, and in
+    sigmas over all of them.
+    """
+    return noises >= 1.0 and sigmas >= max(CLEAR_SIGMAS, _BETTER * again_sigmas)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -338,7 +351,7 @@ class DiagnosisSummary(OpenSummary):
     status: "explained", "partly explained", "unexplained" or "no gap". within: by logged stage, what the gap is within, "noise"
     or "tolerance", or "beyond"; within_values: by which values. aliases: effects that these logs can't tell apart.
     axes_report: axes of which both ends are logged. added_load: None where no drive shows it. experiment: None where there is
-    nothing to tell apart.
+    nothing to tell apart. next_experiment_for: the effects that the next experiment would tell from others, or "unknown".
     """
 
     cell: str
@@ -356,6 +369,7 @@ class DiagnosisSummary(OpenSummary):
     aliases: tuple[tuple[str, ...], ...]
     residual: Residual
     next_experiment: str
+    next_experiment_for: tuple[str, ...] = left_out(())
     logs: tuple[str, ...]
     axes_report: Mapping[str, AxisReport]
     added_load: AddedLoad | None

@@ -257,6 +257,27 @@ def test_nothing_is_touched_for_a_cause_that_may_be_another() -> None:
     assert to_do(summary([sure], unknown={"probability": 0.01}))[0] == ("payload (0.300 mm)", "mend payload")
 
 
+def test_one_run_is_named_for_a_cause_in_doubt_and_one_for_what_is_unexplained() -> None:
+    """A reader was told two experiments for one doubt, and sent to one of them for what it says nothing about."""
+    twin = _found("payload", 0.3, probability=0.7, indistinguishable_from=["lean"])
+    rest = {"probability": 0.9, "rms_mm": 0.2, "isolated_by": "run A1 alone"}
+    for about, cause, stays in (
+        ("payload", "First run the next experiment.", "to learn of what, run A1 alone"),
+        ("unknown", "First run this: run it.", "run the next experiment to learn of what"),
+    ):
+        texts = [text for _, text in to_do(summary([twin], unknown=rest, next_experiment_for=[about]))]
+        assert cause in texts[0] and texts[1].endswith(stays)
+
+
+def test_a_value_that_is_to_be_entered_is_printed() -> None:
+    offset = _found("joint_offset", 0.3, parameters=fits(A3_deg=(0.0548, 0.001), A5_deg=(0.001, 0.01)))
+    assert to_do(summary([offset], unknown={"probability": 0.01}))[0][1] == (
+        "mend joint_offset (found here, real less shown: A3 0.0548 ± 0.0010 degrees)"
+    )
+    rail = _found("track", 0.3, parameters=fits(E1_scale=(2.1e-4, 1e-5), E1_bow2_y_mm=(0.8, 0.1)))
+    assert to_do(summary([rail], unknown={"probability": 0.01}))[0][1].endswith("E1 0.210 ± 0.010 mm a metre)")
+
+
 def test_nothing_is_to_do_without_a_gap_and_nothing_in_the_program_where_only_readings_are_off() -> None:
     assert to_do(summary([], status="no gap")) == []
     assert [what for what, _ in to_do(summary([], status="unexplained"))] == ["nothing yet"]

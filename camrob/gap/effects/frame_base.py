@@ -27,10 +27,13 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="frame_base",
-    physics="world_T_root is another one: a rigid motion multiplied on its left, the same for every posture.",
+    physics="The robot's foot stands elsewhere than the cell says, shifted and turned by the same for every posture.",
     stages=("encoder_to_tcp",),
     regimes=("position",),
-    experiment="measure three or more far corners of the work space with the table at 0 and the tool's orientation kept",
+    experiment=(
+        "measure three or more far corners of the work space with the table at 0 and the tool's orientation kept: "
+        "one shift and one turn bring all of them back if it is the foot, and don't if it is the arm"
+    ),
     remedy=(
         "check that the foot is bolted fast where it was measured, then measure the robot's place anew and enter "
         "it in the cell and on the controller"

@@ -27,7 +27,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="frame_tool",
-    physics="The tool's frame is another one: a rigid motion multiplied on its right at the tip, in the tool's axes.",
+    physics="The tool's tip or direction is another one than the cell says, off by the same in the tool's own axes everywhere.",
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the tool about one point through three or more orientations (the four-point method)",

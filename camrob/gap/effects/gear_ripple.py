@@ -80,7 +80,7 @@ EFFECT = Effect(
     physics="The link runs ahead of and behind its encoder, once or more a turn of its axis or motor; not quite as a sine.",
     stages=("encoder_to_tcp",),
     regimes=("position",),
-    experiment="turn the axis alone slowly through its range, both ways",
+    experiment="turn the axis alone slowly through its range, both ways: waves at the same places of the axis both ways",
     remedy=(
         "where an axis stands out from its like, have its gear looked at; otherwise it is what gears are like, and "
         "is corrected in the program"

@@ -59,7 +59,10 @@ EFFECT = Effect(
     physics="What carries the robot turns about its foot, or a place below, with gravity's moment, so with load and reach.",
     stages=("encoder_to_tcp",),
     regimes=("load", "position"),
-    experiment="turn A1 through half a turn with the arm stretched, then with another payload",
+    experiment=(
+        "turn A1 through half a turn with the arm stretched, then with another payload: what leans sinks towards the arm's side, "
+        "and more with more load"
+    ),
     remedy=(
         "check the bolts of foot, pedestal or carriage and the floor under them, with a dial gauge at the foot "
         "while A1 turns with the arm stretched"

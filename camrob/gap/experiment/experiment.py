@@ -2,58 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.unknown import UNKNOWN
+from camrob.gap.experiment.isolating import axes_alone, moving
 from camrob.gap.experiment.motions import TrialMotion, single_axis, standing_still, trial_motions
 from camrob.gap.experiment.separation import Rivals, Separation, rivals_of, separation, unknown_on
-from camrob.summaries.diagnosis_summary import ConsideredMotion, ExperimentFigures
+from camrob.summaries.diagnosis_summary import CLEAR_SIGMAS, ConsideredMotion, ExperimentFigures, worth_running
 from camrob.units import m_to_mm
 
-__all__ = ["Experiment", "next_experiment", "plan_experiment"]
+__all__ = ["Doubt", "Experiment", "named", "plan_experiment"]
 
-_CLEAR = 5.0  # sigmas: a motion that tells less is not worth its time
 _ENOUGH = 100.0  # sigmas: more of them say no more
-_STILL = 1e-3  # rad or m: an axis that the run moved by less can't be asked by moving it through its range
-_BETTER = 1.5  # times what the same again would tell: then it tells something new
+_RIVALS = 3  # names that may be it as well, that are worth being read
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """motions: those worth running, the best first; figures: the motion and what it tells apart."""
+    """motions: those worth running, the best first; figures: the motion and what it tells apart; about: the effects
+    that it would tell from others, or "unknown".
+    """
 
     motions: tuple[TrialMotion, ...]
     text: str
     figures: ExperimentFigures
+    about: tuple[str, ...]
 
 
-def next_experiment(
-    claimed: Sequence[str],
-    rivals: Mapping[str, float],
-    sizes_mm: Mapping[str, float],
-    library: Sequence[Effect],
-    unknown: Sequence[str] | None,
-) -> str:
-    """What to run next where no motion was reckoned. rivals: probability of the effects that are considered; unknown: the axes
-    at which something unexplained sits, none where it is no axis, None where nothing is unexplained.
-    """
-    by_name = {e.name: e for e in library}
-    if unknown is not None:
-        one = unknown[0] if len(unknown) == 1 else ", then ".join(unknown) or "each axis in turn"
-        return (
-            f"Isolate what is unexplained: move {one} alone through the whole range, the others at rest, and measure."
-        )
-    order = sorted((n for n in rivals if n in by_name and n not in claimed), key=lambda n: -rivals[n])
-    pair = [*(n for n in claimed if n in by_name), *order][:2]
-    if not pair or (not claimed and rivals[pair[0]] < 0.02):
-        return "None needed: the gap is within its noise, or what is tolerated. A larger work space would test more."
-    first = by_name[max(pair, key=lambda n: sizes_mm.get(n, 0.0))]
-    return f"To confirm {_named([first.name])}: {first.experiment}."
+@dataclass(frozen=True)
+class Doubt:
+    """A claim that these logs can't tell from others, and the run that would show it alone."""
+
+    effect: str
+    others: tuple[str, ...]
+    isolated_by: str
+
+    def text(self, more: str = "") -> str:
+        """What can't be told, in words, and what more is to be said of that, ahead of what to run."""
+        others = [named([n]) for n in self.others]
+        rest = f" and {len(others) - _RIVALS} more" if len(others) > _RIVALS else ""
+        return f"These logs can't tell {named([self.effect])} from {' or '.join(others[:_RIVALS])}{rest}{more}. To tell"
 
 
 def plan_experiment(
@@ -64,20 +56,25 @@ def plan_experiment(
     unknown: bool,
     by_time: bool = False,
     returning: float = 0.0,
+    looks: str = "",
+    isolated_by: str = "",
+    doubt: Doubt | None = None,
 ) -> Experiment | None:
     """The motions that would tell most, reckoned on the fitted model; None where there is nothing to tell apart.
 
     unknown: something unexplained is likely; suspects: axes at which it sits or that it follows; by_time: it follows the time;
-    returning: m (rms), what of it comes back with a period of the time, or of the first suspect's position.
+    returning: m (rms), what of it comes back with a period of the time, or of the first suspect's position; looks: what a person
+    sees of it where an axis moves alone; isolated_by: what to run for it; doubt: the largest claim that may be another, of which
+    nothing is said here but what the verdict says.
     """
     longest = max(model.scenes, key=len)
     if unknown and not longest.poses and (suspects or by_time or not claimed):
         axes = suspects or ([] if by_time else longest.axes)
-        motions = [single_axis(longest, a) for a in axes if np.ptp(longest.command[:, longest.index(a)]) > _STILL]
+        motions = [single_axis(longest, a) for a in moving(longest, axes)]
         if by_time:
             motions.insert(0, standing_still(longest))
         shown = [(max(unknown_on(model, m), returning if k == 0 else 0.0), m) for k, m in enumerate(motions)]
-        return _isolating(model, shown)
+        return _isolating(model, shown, looks)
     if unknown and not claimed:
         return None  # no two names are worth telling apart while neither explains the gap
     rivals = rivals_of(model, claimed)
@@ -85,13 +82,46 @@ def plan_experiment(
         return None
     again, *trials = [separation(model, rivals, m) for m in trial_motions(longest)]
     trials.sort(key=lambda s: -s.sigmas)
-    clear = [s for s in trials if s.sigmas >= _CLEAR]
+    clear = tuple(s for s in trials if s.sigmas >= CLEAR_SIGMAS)
     if not clear:
         return None
-    return Experiment(tuple(s.motion for s in clear), _words(rivals, clear[0], again), _figures(rivals, trials, again))
+    text, about = _told(model, rivals, trials, again, isolated_by, doubt)
+    return Experiment(tuple(s.motion for s in clear), text, _figures(rivals, trials, again), about) if text else None
 
 
-def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Experiment | None:
+def _told(
+    model: Model,
+    rivals: Rivals,
+    trials: Sequence[Separation],
+    again: Separation,
+    isolated_by: str,
+    doubt: Doubt | None,
+) -> tuple[str, tuple[str, ...]]:
+    """What to run and about what: the motion on which a person sees which of the rivals it is; where there is none, the run that
+    shows a claim in doubt alone, or what is unexplained; "" for none of these.
+    """
+    both = {*rivals.first, *rivals.second}
+    best = next((s for s in trials if worth_running(s.rms / model.noise, s.sigmas, again.sigmas)), None)
+    if best is not None and (doubt is None or doubt.effect in both):
+        return _words(rivals, best, model.noise), tuple(rivals.first or rivals.second)
+    if doubt is not None:
+        nothing = f", and no change of the program shows more of it {_at_most(trials, model.noise)}"
+        return f"{doubt.text(nothing if doubt.effect in both else '')}: {doubt.isolated_by}.", (doubt.effect,)
+    if isolated_by:
+        return f"Isolate what is unexplained: {isolated_by}.", (UNKNOWN.name,)
+    first, second = map(named, (rivals.first, rivals.second))
+    if again.sigmas < CLEAR_SIGMAS or not (first and second):
+        return "", ()
+    text = f"None needed to tell {first} from its closest rival, {second}: a fit on these logs does ({_sigmas(again)} sigmas)"
+    return f"{text}, and no change of the program that was reckoned shows more of it to the eye.", tuple(rivals.first)
+
+
+def _at_most(trials: Sequence[Separation], noise: float) -> str:
+    """The most by which rivals differ on motions, in words."""
+    return f"({m_to_mm(max(s.rms for s in trials)):.3f} mm rms at most, in noise of {m_to_mm(noise):.3f} mm)"
+
+
+def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]], looks: str) -> Experiment | None:
     """The motion on which most of what is unexplained (m, rms) stands alone, with the answer that is expected of it; None where
     none would show it above the noise.
     """
@@ -101,7 +131,8 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
     size, noise = m_to_mm(ranked[0][0]), m_to_mm(model.noise)
     best = ranked[0][1]
     answer = f"{size:.3f} mm rms about its mean if it sits there, the noise ({noise:.3f} mm) if it does not"
-    text = f"Isolate what is unexplained: {'run' if best.axis else 'hold'} {best.text}, and measure: expected at least {answer}."
+    run = axes_alone(best.scene, [best.axis], looks) if best.axis else f"hold {best.text}, and measure"
+    text = f"Isolate what is unexplained: {run}. Expected is at least {answer}."
     considered = [
         ConsideredMotion(
             motion=f"{m.key} {m.axis}".rstrip(),
@@ -118,38 +149,25 @@ def _isolating(model: Model, shown: Sequence[tuple[float, TrialMotion]]) -> Expe
         expected_mm=(size, noise),
         considered=tuple(considered),
     )
-    return Experiment(tuple(m for _, m in ranked if m.axis), text, figures)
+    return Experiment(tuple(m for _, m in ranked if m.axis), text, figures, (UNKNOWN.name,))
 
 
-def _words(rivals: Rivals, best: Separation, again: Separation) -> str:
-    first, second = map(_named, (rivals.first, rivals.second))
+def _words(rivals: Rivals, best: Separation, noise: float) -> str:
+    first, second = map(named, (rivals.first, rivals.second))
     run, advice = best.motion.text, best.motion.advice
     if advice:
         run = f"{run[:-1]}; {advice})" if run.endswith(")") else f"{run} ({advice})"
-    expected = (
-        f"{m_to_mm(best.rms):.3f} mm rms, {_sigmas(best)} sigmas on {len(best.motion.scene)} samples (the same again: "
-        f"{_sigmas(again)})."
-    )
-    if first and second and again.sigmas >= _CLEAR and best.sigmas < _BETTER * again.sigmas:
-        return (
-            f"These logs tell {first} from its closest rival, {second}, already; to confirm it run {run}: "
-            f"expected to set them apart by {expected} {_answers(rivals, best)}"
-        )
     aim = f"tell {first} from {second}" if first and second else f"see whether {first or second} is at work too"
-    return f"To {aim}, run {run}: expected to set the answers apart by {expected} {_answers(rivals, best)}"
+    return (
+        f"To {aim}, run {run}: the paths that the two expect differ there by {m_to_mm(best.rms):.3f} mm rms (noise "
+        f"{m_to_mm(noise):.3f} mm), most at {100.0 * best.at:.0f} % of the way, by {m_to_mm(best.most):.3f} mm; then diagnose "
+        f"that log with these ({_sigmas(best)} sigmas)."
+    )
 
 
-def _named(names: Sequence[str]) -> str:
+def named(names: Sequence[str]) -> str:
     """Effects in words."""
     return " with ".join(names).replace("_", " ")
-
-
-def _answers(rivals: Rivals, on: Separation) -> str:
-    """The gap that each rival expects on a motion, in words."""
-    first, second = map(_named, (rivals.first, rivals.second))
-    cases = (first or f"it is not {second}", second or f"it is not {first}")
-    answers = (f"{m_to_mm(rms):.3f} mm rms if {who}" for rms, who in zip(on.answers, cases, strict=True))
-    return f"Expected there: {', '.join(answers)}."
 
 
 def _sigmas(apart: Separation) -> str:

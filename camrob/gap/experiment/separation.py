@@ -34,13 +34,15 @@ class Rivals:
 @dataclass(frozen=True, slots=True)
 class Separation:
     """What a motion would tell: rms in m at the TCP that the first explanation moves it by and the second can't, whatever its
-    values; sigmas: the same over all its samples in the instrument's noise. answers: m (rms), the gap that each is expected to
-    show there, the noise in it.
+    values; most, at: m, the largest of it, and where, as a share of the motion; sigmas: the same over all its samples in the
+    instrument's noise. answers: m (rms), the gap that each is expected to show there, the noise in it.
     """
 
     motion: TrialMotion
     rms: float
     sigmas: float
+    most: float
+    at: float
     answers: tuple[float, float]
 
 
@@ -98,7 +100,16 @@ def separation(model: Model, rivals: Rivals, motion: TrialMotion) -> Separation:
     apart = panel.moves(first.mean) - panel.moves(np.where(np.isin(np.arange(len(mimic)), free), mimic, 0.0))
     # parameters of what is out of a set are all but 0; they belong to neither prediction
     answers = [_rms_of(panel.moves(_effects_of(model, fitted)), model.noise) for fitted in rivals.fits]
-    return Separation(motion, _rms_of(apart), float(np.sqrt(left @ left)), (answers[0], answers[1]))
+    sizes = np.linalg.norm(apart, axis=1)
+    farthest = int(np.argmax(sizes))
+    return Separation(
+        motion,
+        _rms_of(apart),
+        float(np.sqrt(left @ left)),
+        most=float(sizes[farthest]),
+        at=farthest / max(len(sizes) - 1, 1),
+        answers=(answers[0], answers[1]),
+    )
 
 
 def _effects_of(model: Model, fitted: Fitted) -> Array:

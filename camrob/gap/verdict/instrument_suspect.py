@@ -100,5 +100,6 @@ def _words(accusations: Sequence[str], gross: Sequence[GrossRows], late: Mapping
     said += accusations
     for one in gross:
         first = ", ".join(str(r.sample) for r in one.first)
+        first += f" and {one.rows - len(one.first)} more" if one.rows > len(one.first) else ""
         said.append(f"{one.rows} rows of {one.log} are gross and take no part (samples {first})")
     return "; ".join(said)

@@ -9,12 +9,12 @@ import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_groups
+from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.fitting import with_fitting
-from camrob.gap.evidence.model import Model, effect_rms, members_of, seen_rms
+from camrob.gap.evidence.model import Model, effect_rms, members_of
 from camrob.gap.evidence.predicted import expected
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, figures, shrinkage, trial_of
-from camrob.gap.experiment.experiment import next_experiment
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
@@ -45,7 +45,6 @@ from camrob.gap.verdict.remains import (
     remains,
     removed_share,
     residual_regimes,
-    suspects,
 )
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
@@ -67,7 +66,7 @@ _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 class Verdict:
     """model: without what is implausible or harms; claimed: effects with a probability of 0.5 or more; members: their units;
     shrunk: the gap on withheld samples without and with all of them; handed: what of them can be corrected; stages: what
-    each is within; the others as in the summary of a diagnosis.
+    each is within; panels: the logs without what is claimed; the others as in the summary of a diagnosis.
     """
 
     model: Model
@@ -83,7 +82,7 @@ class Verdict:
     unknown: Unknown
     aliases: tuple[tuple[str, ...], ...]
     residual: Residual
-    next_experiment: str
+    panels: tuple[Panel, ...]
 
 
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
@@ -170,10 +169,8 @@ def _said(
         drive, words = drives_beyond(model.scenes, model.noise)
     if drive:
         stays = at_drive(stays, model, left, drive, words)
-    asked = suspects(model, stays) if shapes or (unknown >= 0.5 and not claimed) else None
     handed = hand_over(model, trial, claimed, members)
     status = _status(within, claimed, stays)
-    rivals = {} if status == "no gap" else probability  # nothing is to be told apart
     return Verdict(
         model=model,
         claimed=claimed,
@@ -194,13 +191,8 @@ def _said(
             discrepancy_mm=m_to_mm(model.discrepancy),
             structure=tuple(regimes),
         ),
-        next_experiment=next_experiment(claimed, rivals, _sizes(model, claimed), library, asked),
+        panels=tuple(left),
     )
-
-
-def _sizes(model: Model, claimed: Sequence[str]) -> dict[str, float]:
-    """How far each claim moves the TCP, mm (rms)."""
-    return {n: m_to_mm(seen_rms(model, model.panels, n)) for n in claimed}
 
 
 def _beside_claims(

@@ -9,6 +9,7 @@ from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.bars import axes_read, place_charts, rest_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_clouds
 from camrob.report.diagnosis.drives import drives_section
+from camrob.report.diagnosis.next_section import next_section
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
 from camrob.report.diagnosis.sentences import (
@@ -36,7 +37,6 @@ Chart = Mapping[str, Any]
 
 _INTERVALS = "Lines on the bars: 90 % intervals, by resampling whole stretches of the path."
 _MOST_VALUES, _MOST_SETS = 6, 6  # a line's room; the JSON has all
-_ENOUGH = 100.0  # sigmas: more of them say no more
 _NONE = "none of these"
 _LIKELY = 0.5
 _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
@@ -56,7 +56,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
             _cards(summary),
             _unexplained(summary),
             _to_do(summary),
-            _next(summary),
+            next_section(summary),
             section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
             section(
                 "Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, [*places[-2:], *rest])
@@ -306,21 +306,3 @@ def _residual(summary: DiagnosisSummary, chart: Chart) -> str:
     )
     note = _caption(f"{words}{clock and f'{clock}.'}")
     return section("What remains, besides the noise", f"<p>{escape(text)}</p>", _chart(chart), note)
-
-
-def _sigmas(value: float) -> str:
-    return f"{value:.0f}" if value <= _ENOUGH else f"over {_ENOUGH:.0f}"
-
-
-def _next(summary: DiagnosisSummary) -> str:
-    experiment = summary.experiment
-    rows = [
-        [escape(c.text), escape(mm(c.separation_mm)), _sigmas(c.separation_sigmas)]
-        for c in (() if experiment is None else experiment.considered or ())
-    ]
-    alone = experiment is not None and ("unknown",) in experiment.rivals
-    what = "shows of what is unexplained" if alone else "sets the rivals apart by"
-    shown = table(("run", what, "sigmas"), rows) if rows else ""
-    written = None if experiment is None else experiment.written
-    note = f"<p>Written as a checked program: {escape(written.file)}.</p>" if written else ""
-    return section("Next experiment", f"<p>{escape(summary.next_experiment)}</p>", shown, note)

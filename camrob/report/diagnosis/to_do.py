@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from camrob.report.diagnosis.numbers import mm
+from camrob.report.diagnosis.numbers import fitted, mm, parameter_words
 from camrob.report.diagnosis.sentences import only_first, plain_name
-from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, FittedValue
 from camrob.text import printable
 
 __all__ = ["to_do"]
 
 _AXES = 4  # of an effect that are named
-_SURE = 0.9  # of a name, from which it is acted on, whatever would show nearly the same
+_ENTERED = {
+    "joint_offset": "_deg",
+    "wrist_coupling": "_by_",
+    "track": "_scale",
+}  # effects with a value to enter, by its name
+_WORTH = 2.0  # standard deviations from which a value is one to enter
+_UNKNOWN = "unknown"
 _RIVALS = 3  # names that are not claimed and may be it as well, that are worth being read
 
 
@@ -21,17 +27,19 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     if summary.status == "no gap":
         return []
     claimed = sorted(summary.claimed, key=lambda e: -e.moves_mm)
-    alike = [e for e in claimed if e.indistinguishable_from and e.probability < _SURE]
-    steps = [(_about(e), e.remedy or "what to do is not said in its description") for e in claimed if e not in alike]
-    steps += _alike(alike)
+    alike = [e for e in claimed if e.like_others]
+    steps = [
+        (_about(e), f"{e.remedy or 'what to do is not said in its description'}{_to_enter(e)}")
+        for e in claimed
+        if e not in alike
+    ]
+    steps += _alike(alike, summary.next_experiment_for)
     if not claimed:
         steps.append(
             ("nothing yet", "no cause is sure enough for anything to be changed: run the next experiment first")
         )
     elif summary.unknown.probability >= 0.5:
-        text = (
-            f"{mm(summary.unknown.rms_mm)} stay that none of this takes away: run the next experiment to learn of what"
-        )
+        text = f"{mm(summary.unknown.rms_mm)} stay that none of this takes away: {_run_for_rest(summary)}"
         steps.append(("what is unexplained", text))
     if any(e.of_machine and not only_first(e) for e in claimed):
         steps.append(("in the program", _in_program(summary)))
@@ -45,7 +53,35 @@ def _about(entry: EffectFound) -> str:
     return f"{plain_name(entry.effect)}{axes}{more} ({mm(entry.moves_mm)})"
 
 
-def _alike(entries: Sequence[EffectFound]) -> list[tuple[str, str]]:
+def _run_for_rest(summary: DiagnosisSummary) -> str:
+    """The run that is about what stays: the next experiment, or another where that is about something else."""
+    if _UNKNOWN in summary.next_experiment_for or not (summary.next_experiment_for or summary.unknown.isolated_by):
+        return "run the next experiment to learn of what"
+    if not summary.unknown.isolated_by:
+        return "nothing in these logs says what run would show it"
+    return f"once the above is done, to learn of what, {summary.unknown.isolated_by}"
+
+
+def _to_enter(entry: EffectFound) -> str:
+    """The values that a remedy says to enter, as found; that there is none where none was found."""
+    if entry.effect not in _ENTERED:
+        return ""
+    mark = _ENTERED[entry.effect]
+    known = {n: v for n, v in entry.parameters.items() if mark in n and abs(v.value) >= _WORTH * v.std}
+    if not known:
+        return f" (no {mark.strip('_')} to enter was found)" if mark == "_scale" else ""
+    return f" (found here, real less shown: {'; '.join(_value(n, v) for n, v in known.items())})"
+
+
+def _value(name: str, value: FittedValue) -> str:
+    """A fitted value in words; a scale by the metre."""
+    if name.endswith("_scale"):
+        return f"{name.removesuffix('_scale')} {fitted(1e3 * value.value, 1e3 * value.std, 'mm a metre')}"
+    words, unit = parameter_words(name)
+    return f"{words} {fitted(value.value, value.std, unit)}"
+
+
+def _alike(entries: Sequence[EffectFound], asked: Sequence[str]) -> list[tuple[str, str]]:
     """Effects that these logs can't tell from others: what to do about one of them would be wrong if it is another."""
     if not entries:
         return []
@@ -57,9 +93,10 @@ def _alike(entries: Sequence[EffectFound]) -> list[tuple[str, str]]:
         what = f"these from each other{f' or from {rivals}' if rivals else ''}"
     else:
         what = f"it from {rivals}"
-    run = largest.isolated_by or "the next experiment"
+    run = f"First run this: {largest.isolated_by}" if largest.isolated_by else "First run the next experiment"
+    run = "First run the next experiment" if largest.effect in asked else run
     only = f". If it stays: {largest.remedy}" if len(entries) == 1 and largest.remedy else ""
-    text = f"change nothing for it yet, as these logs can't tell {what}. First run this: {run}{only}"
+    text = f"change nothing for it yet, as these logs can't tell {what}. {run}{only}"
     return [(", ".join(map(_about, entries)), text)]
 
 
