@@ -270,12 +270,15 @@ def test_one_run_is_named_for_a_cause_in_doubt_and_one_for_what_is_unexplained()
 
 
 def test_a_value_that_is_to_be_entered_is_printed() -> None:
-    offset = _found("joint_offset", 0.3, parameters=fits(A3_deg=(0.0548, 0.001), A5_deg=(0.001, 0.01)))
-    assert to_do(summary([offset], unknown={"probability": 0.01}))[0][1] == (
-        "mend joint_offset (found here, real less shown: A3 0.0548 ± 0.0010 degrees)"
-    )
-    rail = _found("track", 0.3, parameters=fits(E1_scale=(2.1e-4, 1e-5), E1_bow2_y_mm=(0.8, 0.1)))
-    assert to_do(summary([rail], unknown={"probability": 0.01}))[0][1].endswith("E1 0.210 ± 0.010 mm a metre)")
+    remedy = "survey it and enter the value"
+    for values, said in (
+        ({"A3_deg": 0.0548, "A5_deg": 0.0}, "A3 0.0548"),
+        ({"E1_scale": 2.1e-4, "E1_bow2_y_mm": 0.8}, "E1 0.210"),
+        ({"E1_bow2_y_mm": 0.8, "x_mm": 0.1}, "none to enter was found"),
+    ):
+        found = effect_found("some", [], values, moves_mm=0.3, remedy=remedy)
+        text = to_do(summary([found], unknown={"probability": 0.01}))[0][1]
+        assert said in text and "bow" not in text and "A5" not in text
 
 
 def test_nothing_is_to_do_without_a_gap_and_nothing_in_the_program_where_only_readings_are_off() -> None:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from camrob.report.diagnosis.numbers import fitted, mm, parameter_words
 from camrob.report.diagnosis.sentences import only_first, plain_name
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, FittedValue
 from camrob.text import printable
+from camrob.units import m_to_mm
 
 __all__ = ["to_do"]
 
 _AXES = 4  # of an effect that are named
-_ENTERED = {
-    "joint_offset": "_deg",
-    "wrist_coupling": "_by_",
-    "track": "_scale",
-}  # effects with a value to enter, by its name
+_ENTERED = re.compile(r"[A-Z]\d+_(?:deg|scale|by_\w+)")  # values of an axis that a controller takes
 _WORTH = 2.0  # standard deviations from which a value is one to enter
 _UNKNOWN = "unknown"
 _RIVALS = 3  # names that are not claimed and may be it as well, that are worth being read
@@ -64,19 +62,18 @@ def _run_for_rest(summary: DiagnosisSummary) -> str:
 
 def _to_enter(entry: EffectFound) -> str:
     """The values that a remedy says to enter, as found; that there is none where none was found."""
-    if entry.effect not in _ENTERED:
+    if "enter the " not in entry.remedy:
         return ""
-    mark = _ENTERED[entry.effect]
-    known = {n: v for n, v in entry.parameters.items() if mark in n and abs(v.value) >= _WORTH * v.std}
+    known = {n: v for n, v in entry.parameters.items() if _ENTERED.fullmatch(n) and abs(v.value) > _WORTH * v.std}
     if not known:
-        return f" (no {mark.strip('_')} to enter was found)" if mark == "_scale" else ""
+        return " (none to enter was found here)"
     return f" (found here, real less shown: {'; '.join(_value(n, v) for n, v in known.items())})"
 
 
 def _value(name: str, value: FittedValue) -> str:
     """A fitted value in words; a scale by the metre."""
     if name.endswith("_scale"):
-        return f"{name.removesuffix('_scale')} {fitted(1e3 * value.value, 1e3 * value.std, 'mm a metre')}"
+        return f"{name.removesuffix('_scale')} {fitted(m_to_mm(value.value), m_to_mm(value.std), 'mm a metre')}"
     words, unit = parameter_words(name)
     return f"{words} {fitted(value.value, value.std, unit)}"
 
