@@ -253,7 +253,8 @@ def _listed(summary: Path) -> list[str]:
 
 def _demand_own(out: Path, name: str, new: set[str]) -> None:
     """Raise InputError where a program file in `out` bears a new one's name, and another program's NAME.json lists it, or
-    nobody's does and it would stay: a controller sees neither capitals nor who made what, and takes NAME.dat for NAME.src's.
+    nobody's does and it would stay: a controller sees neither capitals nor who made what, and takes any data list of a
+    program's name for its own.
     """
     suffixes = {Path(file).suffix for file in new} & set(language_suffixes())
     stems = {Path(file).stem.lower() for file in new if Path(file).suffix in suffixes}
