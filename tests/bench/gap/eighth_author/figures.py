@@ -2,43 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
+from gap.score import calibration, of
+from gap.score_sealed import claimed, outcome, page, unknown_said
 
-from gap.score import CLAIM, calibration, of
-
-MOST = 0.95  # of the probability that a reported set holds
 FOUND = ("right", "alike")
-
-
-def claimed(d):
-    """{name: its entry} of what is claimed."""
-    return {e["effect"]: e for e in d["effects"] if e["probability"] >= CLAIM}
-
-
-def unknown_said(d):
-    return d["unknown"]["probability"] >= CLAIM or d["status"] in ("unexplained", "partly explained")
-
-
-def reported(d):
-    """Names in the fewest alternatives that hold `MOST`."""
-    sets = sorted(d["alternatives"], key=lambda a: -a["probability"])
-    held = np.cumsum([a["probability"] for a in sets])
-    return {n for a in sets[: int(np.searchsorted(held, MOST - 1e-9)) + 1] for n in a["effects"]}
-
-
-def outcome(name, effect, truth, d):
-    """Of one cause: right, alike (right up to what these logs can't tell apart), contained (in the reported set),
-    unknown, wrong or missed."""
-    said = claimed(d)
-    if name in said:
-        return "right"
-    if any(n in effect["alike"] or name in (e.get("class") or []) for n, e in said.items()):
-        return "alike"
-    if name in reported(d):
-        return "contained"
-    if unknown_said(d):
-        return "unknown"
-    return "wrong" if set(said) - set(truth) else "missed"
 
 
 def place(effect, d):
@@ -139,32 +106,4 @@ def figures(labels, answers):
 def report(labels, answers):
     """A page, and the figures behind it."""
     got = figures(labels, answers)
-    lines = [
-        "# An eighth author's cases: what was reached",
-        "",
-        f"{len(answers)} of {len(labels)} cases were put to the diagnosis.",
-        "",
-    ]
-    lines += ["| figure | share | of | 95 % |", "| --- | --- | --- | --- |"]
-    for name, value in got.items():
-        if isinstance(value, dict) and value.get("count"):
-            share, (low, high) = 100 * value["share"], (100 * x for x in value["interval"])
-            lines.append(
-                f"| {name} | {share:.0f} % | {value['hits']} of {value['count']} | {low:.0f} to {high:.0f} % |"
-            )
-    if got["calibration of names"]["error"] is not None:
-        lines += ["", f"Calibration error of names: {got['calibration of names']['error']:.3f}."]
-    lines += [
-        "",
-        "| case | log | cause | times the noise | leftover, mm | outcome |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    lines += [
-        f"| {r['case']} | {r['log']} | {r['cause']} | {r['size']:.3g} | {r['left_mm']:.3g} | {r['outcome']} |"
-        for r in got["outcomes"]
-    ]
-    lines += [
-        f"\nCase {n} got no answer: {e.strip().splitlines()[-1] if e.strip() else 'no diagnosis.json'}"
-        for n, e in got["no answer"].items()
-    ]
-    return "\n".join(lines) + "\n", got
+    return page("An eighth author's cases: what was reached", labels, answers, got), got

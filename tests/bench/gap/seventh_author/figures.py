@@ -2,42 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from gap.score import CLAIM, calibration, of
-
-ALL_OF = 0.95  # of the probability that a reported set holds
-
-
-def claims(d):
-    """{name: its entry} of what is claimed."""
-    return {e["effect"]: e for e in d["effects"] if e["probability"] >= CLAIM}
-
-
-def flagged(d):
-    return d["unknown"]["probability"] >= CLAIM or d["status"] in ("unexplained", "partly explained")
-
-
-def told(d):
-    """Names in the fewest alternatives that hold 95 %."""
-    sets = sorted(d["alternatives"], key=lambda a: -a["probability"])
-    held = np.cumsum([a["probability"] for a in sets])
-    return {n for a in sets[: int(np.searchsorted(held, ALL_OF - 1e-9)) + 1] for n in a["effects"]}
-
-
-def outcome(name, effect, truth, d):
-    """Of one cause: right, right up to what these logs can't tell apart, contained, unknown, wrong or missed."""
-    said = claims(d)
-    like = set(effect["alike"])
-    if name in said:
-        return "right"
-    if any(n in like or name in (e.get("class") or []) for n, e in said.items()):
-        return "alike"
-    if name in told(d):
-        return "contained"
-    if flagged(d):
-        return "unknown"
-    return "wrong" if set(said) - set(truth) else "missed"
+from gap.score import calibration, of
+from gap.score_sealed import claimed, outcome, page, unknown_said
 
 
 def floor(label):
@@ -49,7 +15,7 @@ def of_the_issue(rows, known, foreign, each):
     """What the issue asks of every family, in its own terms."""
     sure = [(n, t, d, e) for n, t, d in rows for e in d["effects"] if e["probability"] > 0.8]
     right = {n: set(t["effects"]) | {x for e in t["effects"].values() for x in e["alike"]} for n, t, _ in known}
-    said = [(n, k) for n, _, d in rows for k in claims(d)]
+    said = [(n, k) for n, _, d in rows for k in claimed(d)]
 
     def large(times):
         return [(o, t) for _, _, e, o, t in each if e["rms_mm"] >= times * floor(t)]
@@ -57,7 +23,7 @@ def of_the_issue(rows, known, foreign, each):
     def reached(d):
         return d["together"]["shrink"], d["together"]["predicted_shrink"]
 
-    moved = [reached(d) for _, _, d in rows if claims(d)]
+    moved = [reached(d) for _, _, d in rows if claimed(d)]
     return {
         "claimed right at twice the floor": of(o in ("right", "alike") for o, _ in large(2)),
         "claimed right at the floor and more": of(o in ("right", "alike") for o, _ in large(1)),
@@ -65,7 +31,7 @@ def of_the_issue(rows, known, foreign, each):
         "claims that are wrong": of(k not in right.get(n, ()) for n, k in said),
         "claims above 0.8 that are wrong": of(e["effect"] not in right.get(n, ()) for n, _, _, e in sure),
         "unknown said where the leftover is twice the noise": of(
-            flagged(d) for _, t, d in known if t["left_mm"] >= 2 * t["noise_mm"]
+            unknown_said(d) for _, t, d in known if t["left_mm"] >= 2 * t["noise_mm"]
         ),
         "foreign: the place right in stage, axis and what it follows": of(
             placed(e, d["unknown"]["where"]) for _, t, d in foreign for e in t["effects"].values()
@@ -101,8 +67,8 @@ def figures(labels, answers):
     out = {
         "no answer": {n: a["error"] for n, a in answers.items() if "diagnosis" not in a},
         "answered": of("diagnosis" in a for a in answers.values()),
-        "false alarms, nothing wrong": of(bool(claims(d)) or d["status"] != "no gap" for _, _, d in quiet),
-        "foreign: said to be unknown": of(flagged(d) for _, _, d in foreign),
+        "false alarms, nothing wrong": of(bool(claimed(d)) or d["status"] != "no gap" for _, _, d in quiet),
+        "foreign: said to be unknown": of(unknown_said(d) for _, _, d in foreign),
         "foreign: a name above 0.8 that doesn't look the same": of(
             any(p["probability"] > 0.8 and p["effect"] not in e["alike"] for p in d["effects"])
             for _, t, d in foreign
@@ -120,19 +86,19 @@ def figures(labels, answers):
         "recall by name": of(o == "right" for *_, o, _ in each),
         "recall up to its like": of(o in ("right", "alike") for *_, o, _ in each),
         "in the reported set, or alike": of(o in ("right", "alike", "contained") for *_, o, _ in each),
-        "precision by name": of(k in t["effects"] for _, t, d in known for k in claims(d)),
-        "precision up to its like": of(k in like[n] for n, _, d in known for k in claims(d)),
+        "precision by name": of(k in t["effects"] for _, t, d in known for k in claimed(d)),
+        "precision up to its like": of(k in like[n] for n, _, d in known for k in claimed(d)),
         "right axes, of those claimed by name": of(
-            set(claims(d)[k]["axes"]) == set(e["axes"])
+            set(claimed(d)[k]["axes"]) == set(e["axes"])
             for _, t, d in known
             for k, e in t["effects"].items()
-            if k in claims(d) and e["axes"]
+            if k in claimed(d) and e["axes"]
         ),
-        "exact sets by name": of(set(claims(d)) == set(t["effects"]) for _, t, d in known),
+        "exact sets by name": of(set(claimed(d)) == set(t["effects"]) for _, t, d in known),
         "unknown said where a leftover at least as large as the noise is": of(
-            flagged(d) for _, t, d in known if t["left_mm"] >= t["noise_mm"]
+            unknown_said(d) for _, t, d in known if t["left_mm"] >= t["noise_mm"]
         ),
-        "unknown said where none is": of(flagged(d) for _, t, d in known if not t["left_mm"]),
+        "unknown said where none is": of(unknown_said(d) for _, t, d in known if not t["left_mm"]),
         **of_the_issue(rows, known, foreign, each),
         "calibration of names": calibration(stated),
         "shrinkage reached and possible": {str(n): s for n, s in shrinks.items()},
@@ -147,32 +113,4 @@ def figures(labels, answers):
 def report(labels, answers):
     """A page and the figures behind it."""
     got = figures(labels, answers)
-    lines = [
-        "# A seventh author's cases: what was reached",
-        "",
-        f"{len(answers)} of {len(labels)} cases were put to the diagnosis.",
-        "",
-    ]
-    lines += ["| figure | share | of | 95 % |", "| --- | --- | --- | --- |"]
-    for name, value in got.items():
-        if isinstance(value, dict) and "hits" in value and value["count"]:
-            share, (low, high) = 100 * value["share"], (100 * x for x in value["interval"])
-            lines.append(
-                f"| {name} | {share:.0f} % | {value['hits']} of {value['count']} | {low:.0f} to {high:.0f} % |"
-            )
-    if got["calibration of names"]["error"] is not None:
-        lines += ["", f"Calibration error of names: {got['calibration of names']['error']:.3f}."]
-    lines += [
-        "",
-        "| case | log | cause | times the noise | leftover, mm | outcome |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    lines += [
-        f"| {r['case']} | {r['log']} | {r['cause']} | {r['size']:.3g} | {r['left_mm']:.3g} | {r['outcome']} |"
-        for r in got["outcomes"]
-    ]
-    lines += [
-        f"\nCase {n} got no answer: {e.strip().splitlines()[-1] if e.strip() else 'no diagnosis.json'}"
-        for n, e in got["no answer"].items()
-    ]
-    return "\n".join(lines) + "\n", got
+    return page("A seventh author's cases: what was reached", labels, answers, got), got
