@@ -87,6 +87,16 @@ def test_cycle_220_without_a_cycle_before_it(tmp_path: Path) -> None:
     assert not read_story(tmp_path / "a.h").complete
 
 
+@pytest.mark.parametrize(
+    "call", ["CYCL CALL POS X+1 Y+2 Z+0 FMAX\n", "PATTERN DEF POS1 (X+2 Y+3 Z+0)\nCYCL CALL PAT FMAX M8\n"]
+)
+def test_a_call_at_places_without_a_cycle_before_it(tmp_path: Path, call: str) -> None:
+    (tmp_path / "a.h").write_text(BEGIN.split("CYCL")[0] + call + END, encoding="utf-8")
+    with pytest.raises(ToolpathError, match="call without a cycle"):
+        read_toolpath(tmp_path / "a.h")
+    assert not read_story(tmp_path / "a.h").complete
+
+
 def test_a_label_s_end_that_is_not_called_is_run_through(tmp_path: Path) -> None:
     text = "L X+3 Y+4 FMAX M99\nLBL 0\nL X+8 FMAX M99\n"
     (tmp_path / "a.h").write_text(BEGIN + text + END, encoding="utf-8")

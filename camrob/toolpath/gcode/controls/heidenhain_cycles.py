@@ -48,14 +48,14 @@ class Cycle:
         self._q: dict[int, float] = {}
 
     @property
-    def defined(self) -> bool:
-        """Whether there is one."""
-        return bool(self._number)
-
-    @property
     def level(self) -> float:
-        """The height at which a hole ends."""
+        """The height at which a hole ends. Raises ToolpathError without a cycle."""
+        self._is_there()
         return _level(self._q)
+
+    def _is_there(self) -> None:
+        if not self._number:
+            raise ToolpathError("a cycle call without a cycle", hint="define it before")
 
     def parameters(self, text: str) -> dict[int, float]:
         """Those that a CYCL DEF gives, by their Q numbers; the program's hold them from then on."""
@@ -92,8 +92,7 @@ class Cycle:
 
         Raises ToolpathError without a cycle, from an unknown height, or from below the clearance.
         """
-        if not self._number:
-            raise ToolpathError("a cycle call without a cycle", hint="define it before")
+        self._is_there()
         yield from _drilled(self._number, self._q, z, line, speed)
 
 

@@ -374,8 +374,7 @@ class HeidenhainMoves:
     def _called(self, text: str, line: int) -> Iterator[Block]:
         """CYCL CALL, or CYCL CALL POS: in rapid at the second clearance, or as high as the tool stands above it."""
         codes, places = places_of(text, self._pattern, self._value)
-        if self.cycle.defined:
-            yield from self._codes([c for c in codes if c in STARTING], line)
+        yield from self._codes([c for c in codes if c in STARTING], line)
         yield from self._drill(line) if places is None else self._drill_at(places, line)
         yield from self._codes([c for c in codes if c not in STARTING], line)
 
