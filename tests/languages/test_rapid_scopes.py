@@ -78,3 +78,12 @@ def test_a_tool_is_the_modules_own(tmp_path: Path) -> None:
 def test_a_word_that_begins_as_set_is_no_output(tmp_path: Path) -> None:
     path = written(tmp_path, f"CONST robtarget p1:={at(5)};\n", "ResetPPMoved;\n" + GO, "")
     assert any("not at hand" in gap.text for gap in run_program(path, read_machine(IRB6700)).gaps)
+
+
+def test_a_blank_that_only_python_knows_is_none(tmp_path: Path) -> None:
+    path = written(tmp_path, f"CONST robtarget p1:={at(5)};\n", GO.replace(" ", "\u00a0", 1) + GO, "")
+    path.write_text(path.read_text(), encoding="latin-1")
+    made = run_program(path, read_machine(IRB6700))
+    assert len(made.path.tip) == 2 and [gap.first_line for gap in made.gaps] == [7]
+    with pytest.raises(ProgramError):
+        read_rapid(path)

@@ -77,21 +77,16 @@ def _code(raw: str) -> str:
     """A line without its comment, in capitals outside of texts, single blanks; a question mark before what isn't of 7 bits there,
     as Python takes more for a blank than a controller does, and other letters for capitals of ASCII.
     """
-    code = _plain_code(raw)
-    return code if all(part.isascii() for part in code.split('"')[::2]) else f"? {code}"
-
-
-def _plain_code(raw: str) -> str:
-    """Likewise, whatever stands in it."""
-    if '"' not in raw:
-        return " ".join(raw.partition("!")[0].upper().split())
     parts = raw.split('"')
     for k in range(0, len(parts), 2):  # every other part is a text
-        code, mark, _ = parts[k].partition("!")
-        parts[k] = code.upper()
+        parts[k], mark, _ = parts[k].partition("!")
         if mark:
-            return '"'.join(parts[: k + 1]).strip()
-    return '"'.join(parts).strip()
+            del parts[k + 1 :]
+            break
+    known = all(part.isascii() for part in parts[::2])
+    parts[::2] = [part.upper() for part in parts[::2]]
+    code = '"'.join(parts).strip() if '"' in raw else " ".join(parts[0].split())
+    return code if known else f"? {code}"
 
 
 def _row(number: int, raw: bytes) -> MoveRow | None:
