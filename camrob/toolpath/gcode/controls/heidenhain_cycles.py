@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_words import VALUE
 from camrob.toolpath.gcode.lexer import Block
 from camrob.units import deg_to_rad
 
-__all__ = ["CYCLES", "RAPID", "Cycle", "Places", "pattern_of", "places_of", "repeated"]
+__all__ = ["CYCLES", "RAPID", "Cycle", "Places", "pattern_of", "places_of"]
 
 Places = list[dict[str, float]]
 """X and Y of places at which a cycle is done, in the program's unit."""
@@ -82,7 +82,7 @@ class Cycle:
         if not self._number:
             raise ToolpathError(f"cycle {number} without a cycle before it", hint="define it before")
         said = self.parameters(text)
-        places = repeated(number, said)
+        places = _repeated(number, said)
         self._q |= {name: said[name] for name in (200, 203, 204)}
         _check(self._number, self._q)
         return places
@@ -98,9 +98,7 @@ class Cycle:
 
 def _check(number: int, q: Mapping[int, float]) -> None:
     """Raises ToolpathError where the parameters, by their Q numbers, make no hole, or one that isn't certain."""
-    missing = [name for name in _NEEDED[number] if name not in q]
-    if missing:
-        raise ToolpathError(f"cycle {number} without Q{missing[0]}", hint="name all its parameters")
+    _complete(number, q, _NEEDED[number])
     if q.get(395) or q.get(343):
         raise ToolpathError(
             f"cycle {number} with Q395 or Q343: its depth by the tool's tip angle", hint="name the depth of the tip (0)"
@@ -113,6 +111,12 @@ def _check(number: int, q: Mapping[int, float]) -> None:
             f"cycle {number} with a depth or bite that makes no hole",
             hint="check Q200, Q201, Q202, Q205, Q208 and Q212",
         )
+
+
+def _complete(number: int, q: Mapping[int, float], needed: Sequence[int]) -> None:
+    missing = [name for name in needed if name not in q]
+    if missing:
+        raise ToolpathError(f"cycle {number} without Q{missing[0]}", hint="name all its parameters")
 
 
 def _level(q: Mapping[int, float]) -> float:
@@ -128,7 +132,7 @@ def places_of(text: str, pattern: Places | None, value: Callable[[str], float]) 
     codes = [int(n) for n in re.findall(r"\bM([0-9]+)", text)]
     if re.fullmatch(r"CYCL CALL(?: F[^ ]+| M[0-9]+)*", text):
         return codes, None
-    call = re.match(r"CYCL CALL P(?:OS((?: [XYZ] ?[-+]?[0-9.QLR]+)+)|AT)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
+    call = re.match(rf"CYCL CALL P(?:OS((?: [XYZ] ?{VALUE})+)|AT)((?: F ?[A-Z0-9.]+| R0| M[0-9]+)*)$", text)
     if call is None:
         raise ToolpathError(f"{text[:20]!r} is not read", hint="position by L, and call with CYCL CALL or M99")
     if "FMAX" not in call[2].replace(" ", ""):
@@ -199,11 +203,10 @@ def _grid(start: tuple[float, float], steps: tuple[float, float], counts: tuple[
     return out
 
 
-def repeated(number: int, q: Mapping[int, float]) -> Places:
+def _repeated(number: int, q: Mapping[int, float]) -> Places:
     """Where cycles 220 (a circle) and 221 (rows) have the cycle before them done. Raises ToolpathError for values left out."""
     needed = (216, 217, 244, 245, 247, 241) if number == 220 else (225, 226, 237, 238, 242, 243, 224)
-    if missing := [name for name in (*needed, 200, 203, 204) if name not in q]:
-        raise ToolpathError(f"cycle {number} without Q{missing[0]}", hint="name all its parameters")
+    _complete(number, q, (*needed, 200, 203, 204))
     if number == 221:
         counts = _count(q[242]), _count(q[243])
         return _grid((q[225], q[226]), (q[237], q[238]), counts, q[224])

@@ -29,9 +29,7 @@ from camrob.toolpath.gcode.lexer import Block, Plane
 
 __all__ = ["HeidenhainMoves"]
 
-_NOTHING_HERE = re.compile(
-    r"BLK FORM|END PGM|TOOL DEF|\*|CYCL DEF (?:32|392)\b|FUNCTION MODE MILL|FUNCTION RESET|M94\b"
-)
+_NOTHING_HERE = re.compile(r"BLK FORM|TOOL DEF|\*|FUNCTION MODE MILL|FUNCTION RESET|M94\b")
 _TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
 _MOTION = re.compile(r"(?:L|LN|C|CR|CP|LP|CYCL CALL) ")
 _AWAY = re.compile(r"\bM(?:9[12]|140)\b")

@@ -212,7 +212,7 @@ def shifts(text: str) -> list[tuple[str, str, str]]:
 
 def spatial(text: str, value: Callable[[str], float]) -> tuple[tuple[float, ...], bool]:
     """The turn of PLANE SPATIAL, row by row, and whether the rotary axes go along. Raises ToolpathError for other planes."""
-    match = re.match(r"PLANE SPATIAL ((?:SP[ABC] ?[-+]?[0-9.QLR]+ ?){3})(.*)$", text)
+    match = re.match(rf"PLANE SPATIAL ((?:SP[ABC] ?{VALUE} ?){{3}})(.*)$", text)
     if match is None:
         raise ToolpathError(f"{text[:24]!r} is not read", hint="post with PLANE SPATIAL SPA SPB SPC")
     angles = {k: deg_to_rad(value(v)) for k, v in re.findall(rf"SP([ABC]) ?({VALUE})", match[1])}
