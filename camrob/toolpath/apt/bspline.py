@@ -30,9 +30,8 @@ def clamped_spline(control: NDArray[np.float64], knots: NDArray[np.float64]) -> 
     if not whole and k and knots[-1] == 1.0:
         knots = knots[:-1]
     k = len(knots)
-    ends = (knots[0], knots[-1]) if k else (0.5, 0.5)
-    within = 0.0 <= ends[0] and ends[1] <= 1.0 if whole else 0.0 < ends[0] and ends[1] < 1.0
-    if n < 2 or np.any(np.diff(knots) < 0.0) or not within:
+    within = (knots >= 0.0) & (knots <= 1.0) if whole else (knots > 0.0) & (knots < 1.0)
+    if n < 2 or np.any(np.diff(knots) < 0.0) or not within.all():
         raise ToolpathError("a NURBS has knots out of order or too few control points", hint="output it as points")
     degree = k - n - 1 if whole else n - k - 1
     if not 1 <= degree <= _HIGHEST_DEGREE:
