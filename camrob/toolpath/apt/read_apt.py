@@ -76,8 +76,7 @@ def _read(
     feeds = FeedReader(forced=None if units is None else unit_name(units), defaults=defaults)
     feeds.units = feeds.forced or "mm"
     machine = Machine(chosen, chord, angle, feeds)
-    machine.tool_by_number = not _holds(lexer.data, _LOADS, b"LOAD")
-    assumed = _guess_units(machine, lexer.data)
+    assumed = _look_ahead(machine, lexer.data.upper())
     interpreter = Interpreter(machine)
     _walk(lexer, interpreter, progress)
     interpreter.finish(lexer.line - 1, lexer.data.endswith((b"\n", b"\x1a")))
@@ -125,21 +124,26 @@ def _walk(lexer: Lexer, interpreter: Interpreter, progress: Share | None) -> Non
             progress(reported)
 
 
-def _holds(data: bytes, pattern: re.Pattern[bytes], *words: bytes) -> bool:
-    """Whether a pattern that takes one of `words`, in capitals or not, is in a file: one without them is told at once."""
-    upper = data.upper()
-    return any(word in upper for word in words) and pattern.search(data) is not None
+def _holds(capitals: bytes, pattern: re.Pattern[bytes], *words: bytes) -> bool:
+    """Whether a pattern that takes one of `words` is in a file, which is in capitals: one without them is told at once."""
+    return any(word in capitals for word in words) and pattern.search(capitals) is not None
 
 
-def _guess_units(machine: Machine, data: bytes) -> str:
+def _look_ahead(machine: Machine, capitals: bytes) -> str:
+    """What the whole file says of tools and of its unit, before it is read; why, where the unit is a guess."""
+    machine.tool_by_number = not _holds(capitals, _LOADS, b"LOAD")
+    return _guess_units(machine, capitals)
+
+
+def _guess_units(machine: Machine, capitals: bytes) -> str:
     """The unit of length of a file that states none: as its feeds say, millimetres otherwise. Why, where that is a guess.
 
     Feeds in millimetres leave no doubt: it is what NX writes instead of a unit.
     """
     feeds = machine.feeds
-    if feeds.forced is not None or _holds(data, _UNITS, b"UNIT"):
+    if feeds.forced is not None or _holds(capitals, _UNITS, b"UNIT"):
         return ""
-    said = [unit for unit, (words, pattern) in _FEED_IN.items() if _holds(data, pattern, *words)]
+    said = [unit for unit, (words, pattern) in _FEED_IN.items() if _holds(capitals, pattern, *words)]
     if not said:
         return "the file names no unit of length"
     if len(said) > 1:
