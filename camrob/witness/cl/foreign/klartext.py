@@ -27,7 +27,7 @@ __all__ = ["KlartextReader"]
 _TOKEN = re.compile(
     rf"(?P<name>FMAX|R0(?![\d.])|RL|RR|(?:I?PA|I?PR|I?[XYZABC]|[NT][XYZ]|F[UZ]|[FMR]))\s?(?P<value>{NUMBER})?\s?|DR(?P<sense>[-+])\s?"
 )
-_NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|CYCL DEF (32|392)\b|END PGM)")
+_NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|END PGM)")
 
 
 class KlartextReader(CycleCalls):
@@ -44,7 +44,7 @@ class KlartextReader(CycleCalls):
         self._preset = ""  # the datum of the machine's table (247)
         self._called_feed = ""  # of TOOL CALL, which F AUTO means
         self._per_turn = False  # the feed in force is one of FU
-        self._drills, self._pattern = None, ()
+        self._pattern = ()
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
         self._unsure = self._shortest = False  # it has ended within the plane; M126
         self._pole: Pole | None = None
@@ -59,7 +59,7 @@ class KlartextReader(CycleCalls):
     def _line(self, row: str, line: int) -> None:
         if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q[LR]?\d+) ?= ?(.+)", row):
             self._computed.keep(given[1], formula_of(given[1], given[2], row))
-            self._drills = self._in_force.given(given[1]) or self._drills
+            self._in_force.given(given[1])
             return
         if turned := re.fullmatch(r"L((?: ?[ABC] ?[-+]?Q12[0-2])+)(?: R0)?(?: F ?MAX| F ?\d+)?((?: M\d+)*)", row):
             self._turn_along(re.findall(r"M0*(\d+)", turned[2]), line)
@@ -87,7 +87,9 @@ class KlartextReader(CycleCalls):
             self._call(found, line)
         elif row.startswith("TOOL CALL"):
             self._tool(row[9:].strip(), line)
-        elif row.startswith(("CYCL DEF", "PATTERN DEF", "TRANS DATUM AXIS ")):
+        elif row.startswith("PATTERN DEF"):
+            self._pattern = klartext_values.pattern_places(row)
+        elif row.startswith(("CYCL DEF", "TRANS DATUM AXIS ")):
             self._defined(row.replace("TRANS DATUM AXIS", "7.1").removeprefix("CYCL DEF").strip(), line)
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M0*(\d+)", row)
@@ -320,22 +322,18 @@ class KlartextReader(CycleCalls):
             self._here.pop(letter, None)
 
     def _defined(self, text: str, line: int) -> None:
-        """Datum shift (7), dwell (9), patterns, and cycles that move nothing (32, 247)."""
-        if text.startswith("PATTERN DEF"):
-            self._pattern = klartext_values.pattern_places(text)
-            return
+        """Datum shift (7), dwell (9), and cycles that move nothing (32, 247)."""
         number, _, rest = re.sub(r"^(\d+) \.", r"\1.", text).partition(" ")
         main = number.partition(".")[0]
         shift = re.fullmatch(rf"(?:I?[XYZ]\s?{NUMBER}\s?)+", rest)
         time = re.fullmatch(rf"(?:[A-Z]+\.?\s?)*({NUMBER})", rest)
-        self._in_force.take(rest, self._called_feed)
+        taken = self._in_force.take(rest, self._called_feed)
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
             return
         if main in ("200", "201", "203", "206", "207", "240"):
-            self._drills = self._in_force.hole(main)
+            self._in_force.define(main, taken)
         elif main in ("220", "221"):
-            self._drills, places = self._in_force.again(main)
-            self._holes(places, line)
+            self._holes(self._in_force.again(main, taken), line)
         elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
             self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
             self._unsure = True

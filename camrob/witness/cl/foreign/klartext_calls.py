@@ -7,10 +7,10 @@ import re
 from abc import abstractmethod
 from collections.abc import Sequence
 
-from camrob.witness.cl.foreign.foreign_cycles import Hole, drill_here
+from camrob.witness.cl.foreign.foreign_cycles import drill_here
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
 from camrob.witness.cl.foreign.klartext_places import FIRST
-from camrob.witness.cl.foreign.klartext_values import NUMBER
+from camrob.witness.cl.foreign.klartext_values import NUMBER, CycleInForce
 
 __all__ = ["CALL", "CycleCalls"]
 
@@ -19,14 +19,13 @@ CALL = re.compile(
     r"(( M\d+| F ?MAX)*)"
 )
 """A call: a place, or a pattern; M functions."""
-_NO_CYCLE = "a cycle call without a cycle that is read"
 
 
 class CycleCalls(ForeignReader):
-    """A reader that has a cycle in force (`_drills`), a pattern's places, and X, Y, Z as the program counts them (`_here`)."""
+    """A reader that has a cycle in force, a pattern's places, and X, Y, Z as the program counts them (`_here`)."""
 
     _here: dict[str, float]
-    _drills: Hole | None
+    _in_force: CycleInForce
     _pattern: Sequence[tuple[float, float]]
 
     @abstractmethod
@@ -53,19 +52,17 @@ class CycleCalls(ForeignReader):
 
     def _over(self, x: float, y: float, line: int) -> None:
         """In rapid over a place, at the height where the cycle in force ends, or where the tool stands above that."""
-        if self._drills is None:
-            raise UnreadError(_NO_CYCLE)
-        if self._here.get("Z", -math.inf) < self._drills.level:
-            self._block(["G0", f"Z{self._drills.level:.9f}"], line)
-            self._here["Z"] = self._drills.level
+        level = self._in_force.hole.level
+        if self._here.get("Z", -math.inf) < level:
+            self._block(["G0", f"Z{level:.9f}"], line)
+            self._here["Z"] = level
         self._block(["G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
         self._here |= {"X": x, "Y": y}
 
     def _hole(self, codes: list[str], line: int) -> None:
         """The cycle in force where the tool stands."""
-        if self._drills is None:
-            raise UnreadError(_NO_CYCLE)
+        hole = self._in_force.hole
         self._switch(codes, line, first=True)
-        drill_here(self, self._drills, line)
-        self._here["Z"] = self._drills.level
+        drill_here(self, hole, line)
+        self._here["Z"] = hole.level
         self._switch(codes, line, first=False)

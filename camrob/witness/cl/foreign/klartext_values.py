@@ -117,9 +117,16 @@ class CycleInForce:
     def __init__(self, computed: Values) -> None:
         self._computed = computed
         self._number, self._q = "", dict[int, float]()
-        self._taken: dict[int, float] = {}
+        self._hole: Hole | None = None
 
-    def take(self, rest: str, called_feed: str) -> None:
+    @property
+    def hole(self) -> Hole:
+        """What a call does. Raises UnreadError where nothing is in force."""
+        if self._hole is None:
+            raise UnreadError("a cycle call without a cycle that is read")
+        return self._hole
+
+    def take(self, rest: str, called_feed: str) -> dict[int, float]:
         """The parameters that a CYCL DEF names; FAUTO is TOOL CALL's feed, FMAX as fast as can be."""
         rest = re.sub(r"= ?([-+]) ", r"=\1", rest)
         for name in re.findall(r"\bQ\d+(?= ?=)", rest):
@@ -129,19 +136,18 @@ class CycleInForce:
             self._computed.put(f"Q{number}", value)
         feeds = {"MAX": float(_AT_ONCE)} | ({"AUTO": float(called_feed)} if called_feed else {})
         words = re.findall(r"\bQ(\d+) ?= ?F ?(MAX|AUTO)\b", rest)
-        self._taken = plain | {int(k): feeds[word] for k, word in words if word in feeds}
+        return plain | {int(k): feeds[word] for k, word in words if word in feeds}
 
-    def hole(self, number: str) -> Hole:
-        """That of the parameters taken last. Raises UnreadError for cycles that aren't read."""
-        self._number, self._q = number, self._taken
-        return klartext_hole(number, self._q)
+    def define(self, number: str, q: dict[int, float]) -> None:
+        """A cycle is in force from here on. Raises UnreadError for one that isn't read."""
+        self._number, self._q = number, q
+        self._hole = klartext_hole(number, q)
 
-    def again(self, number: str) -> tuple[Hole, list[tuple[float, float]]]:
-        """Cycles 220 and 221, of the parameters taken last: the cycle before them at the heights that they name, and where.
+    def again(self, number: str, q: dict[int, float]) -> list[tuple[float, float]]:
+        """Where cycles 220 and 221 have the cycle before them done, which has the heights that they name from here on.
 
         Raises UnreadError without one, and for parameters left out.
         """
-        q = self._taken
         names = (216, 217, 241, 244, 245, 247) if number == "220" else (224, 225, 226, 237, 238, 242, 243)
         known = self._number and {*names, 200, 203, 204} <= q.keys()
         countable = all(q.get(name, 1.0) >= 1.0 and q.get(name, 1.0) % 1.0 == 0.0 for name in (241, 242, 243))
@@ -154,12 +160,10 @@ class CycleInForce:
             grid = [(k if row % 2 == 0 else columns - 1 - k, row) for row in range(rows) for k in range(columns)]
             flat = [complex(k * q[237], row * q[238]) * complex(math.cos(ray), math.sin(ray)) for k, row in grid]
             places = [(q[225] + z.real, q[226] + z.imag) for z in flat]
-        self._q = self._q | {name: q[name] for name in (200, 203, 204)}
-        return klartext_hole(self._number, self._q), places
+        self.define(self._number, self._q | {name: q[name] for name in (200, 203, 204)})
+        return places
 
-    def given(self, name: str) -> Hole | None:
-        """What Q201 = ... makes of the cycle in force, None where there is none. Raises UnreadError as above."""
-        if not self._number or not name[1:].isdigit() or int(name[1:]) < _FIRST_OF_CYCLES:
-            return None
-        self._q = self._q | {int(name[1:]): self._computed.of(name)}
-        return klartext_hole(self._number, self._q)
+    def given(self, name: str) -> None:
+        """Q201 = ... changes the cycle in force. Raises UnreadError as above."""
+        if self._number and name[1:].isdigit() and int(name[1:]) >= _FIRST_OF_CYCLES:
+            self.define(self._number, self._q | {int(name[1:]): self._computed.of(name)})
