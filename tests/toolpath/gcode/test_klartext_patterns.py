@@ -71,6 +71,11 @@ def test_the_cycle_is_done_at_each_place(
         ("PATTERN DEF POS1 (X+2 Y+3 Z+0)\nCYCL CALL PAT F100\n", "at a feed"),
         ("PATTERN DEF POS1 (X+2 Y+3 Z+4)\n", "another Z"),
         ("PATTERN DEF PAT1 (X+2 Y+3 DX+8 DY+10 NUMX5 NUMY4 ROT+0 ROTX+0 ROTY+0 Z+0)\n", "is not read"),
+        ("PATTERN DEF ROW1 (X+2 Y+3 D+4 NUM3 Z+0)\n", "is not read"),
+        ("PATTERN DEF CIRC1 (X+2 Y+3 D10 NUM3 Z+0)\n", "is not read"),
+        ("PATTERN DEF ROW1 (X+2 Y+3 D+4 NUM2.5 ROT+0 Z+0)\n", "pattern of 2.5 places"),
+        ("PATTERN DEF ROW1 (X+2 Y+3 D+4 NUM10001 ROT+0 Z+0)\n", "pattern of 10001 places"),
+        (GRID.replace("Q242=3 Q243=2", "Q242=1000 Q243=1000") + HEIGHTS, "pattern of 1e\\+06 places"),
     ],
 )
 def test_what_a_pattern_does_not_say_is_refused(tmp_path: Path, text: str, why: str) -> None:

@@ -209,6 +209,7 @@ def _repeated(number: int, q: Mapping[int, float]) -> Places:
     _complete(number, q, (*needed, 200, 203, 204))
     if number == 221:
         counts = _count(q[242]), _count(q[243])
+        _count(q[242] * q[243])
         return _grid((q[225], q[226]), (q[237], q[238]), counts, q[224])
     if q[247] == 0.0 and q[241] > 1.0:
         raise ToolpathError("cycle 220 by its last angle (Q247=0)", hint="name the step, Q247")

@@ -28,6 +28,13 @@ FEED_BY_TOOL = "a feed per tooth, or one per turn behind another speed"
 """Of programs that camrob refuses, beside: nothing that is made of one can be right."""
 _AT_ONCE = "99999"  # a feed that stands for FMAX
 _FIRST_OF_CYCLES = 200  # parameters from here on are those of cycles
+_PATTERNS = {
+    "POS": (),
+    "ROW": ("D", "NUM", "ROT"),
+    "CIRC": ("D", "START", "NUM"),
+    "PITCHCIRC": ("D", "START", "STEP", "NUM"),
+}  # what each kind has to name besides X, Y and Z
+_MOST_PLACES = 10_000
 
 
 def statements(text: str) -> list[tuple[int, str]]:
@@ -86,14 +93,15 @@ def pattern_places(row: str) -> list[tuple[float, float]]:
     out: list[tuple[float, float]] = []
     rest = row.removeprefix("PATTERN DEF").strip()
     while rest:
-        head = re.match(r"([A-Z]+)\d+\s?\(([^()]*)\)\s?", rest)
+        head = re.match(rf"({'|'.join(_PATTERNS)})\d+\s?\(([^()]*)\)\s?", rest)
         if head is None:
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
         rest = rest[head.end() :]
         said = {name: float(value) for name, value in re.findall(rf"([A-Z]+)\s?({NUMBER})", head[2])}
-        x, y, count = said.get("X", math.nan), said.get("Y", math.nan), int(said.get("NUM", 1.0))
-        if head[1] not in ("POS", "ROW", "CIRC", "PITCHCIRC") or math.isnan(x + y) or said.get("Z") != 0.0 or count < 1:
+        needed = {"X", "Y", *_PATTERNS[head[1]]}
+        if not needed <= said.keys() or said.get("Z") != 0.0 or not _countable(said.get("NUM", 1.0)):
             raise UnreadError(f"{row[:24]}, of Heidenhain's language")
+        x, y, count = said["X"], said["Y"], int(said.get("NUM", 1.0))
         if head[1] == "POS":
             out.append((x, y))
         elif head[1] == "ROW":
@@ -102,6 +110,11 @@ def pattern_places(row: str) -> list[tuple[float, float]]:
         else:
             out += _on_circle((x, y), said["D"], said["START"], said.get("STEP", 360.0 / count), count)
     return out
+
+
+def _countable(number: float) -> bool:
+    """Whether so many places can be meant."""
+    return 1.0 <= number <= _MOST_PLACES and number % 1.0 == 0.0
 
 
 def _on_circle(
@@ -150,7 +163,8 @@ class CycleInForce:
         """
         names = (216, 217, 241, 244, 245, 247) if number == "220" else (224, 225, 226, 237, 238, 242, 243)
         known = self._number and {*names, 200, 203, 204} <= q.keys()
-        countable = all(q.get(name, 1.0) >= 1.0 and q.get(name, 1.0) % 1.0 == 0.0 for name in (241, 242, 243))
+        counts = [q.get(name, 1.0) for name in (241, 242, 243)]
+        countable = all(map(_countable, (*counts, math.prod(counts[1:]))))
         if not known or not countable or (number == "220" and (not q[247] or q.get(365))):
             raise UnreadError(f"CYCL DEF {number} without a cycle, or its values")
         if number == "220":
