@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from camrob.witness.krl.conduct import ACC_PTP, PTP
 from camrob.witness.krl.motion import motion, relative
-from camrob.witness.krl.settings import SETTINGS, note_conduct, numbered_frame, put_output
+from camrob.witness.krl.settings import SETTINGS, note_conduct, number_or_nan, numbered_frame, put_output
 from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.statements import BAS, variable
 from camrob.witness.krl.text import Line
@@ -244,30 +244,16 @@ def _bas_conduct(state: State, act: str, what: str, value: str) -> None:
     elif act == "bas_ptp" or what == "PTP_PARAMS":
         put(PTP, state.variables.number(value))
     if what in ("PTP_DAT", "PTP_PARAMS"):
-        data = _data(state, "PDAT_ACT")
-        put(ACC_PTP, data("ACC"))
+        put(ACC_PTP, number_or_nan(state, "PDAT_ACT.ACC"))
         if what == "PTP_DAT":
-            put(PTP, data("VEL"))
+            put(PTP, number_or_nan(state, "PDAT_ACT.VEL"))
     elif what in ("CP_DAT", "CP_PARAMS"):
-        data = _data(state, "LDAT_ACT")
-        put("$APO.CDIS", data("APO_DIST"))
-        if data("ACC") != 100.0:  # else as it has been
+        put("$APO.CDIS", number_or_nan(state, "LDAT_ACT.APO_DIST"))
+        if number_or_nan(state, "LDAT_ACT.ACC") != 100.0:  # else as it has been
             put("$ACC.CP", float("nan"))
         if what == "CP_DAT":
-            speed = data("VEL")
+            speed = number_or_nan(state, "LDAT_ACT.VEL")
             state.speed = speed if speed > 0.0 else float("nan")
-
-
-def _data(state: State, name: str) -> Callable[[str], float]:
-    """The numbers of a set of motion data such as LDAT_ACT; NaN where they are not known."""
-
-    def number(part: str) -> float:
-        try:
-            return state.variables.number(f"{name}.{part}")
-        except UnknownError:
-            return float("nan")
-
-    return number
 
 
 def _carry_on(state: State, match: re.Match[str], line: Line) -> None:

@@ -14,7 +14,7 @@ from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import UnknownError, split_top
 
-__all__ = ["SETTINGS", "note_conduct", "numbered_frame", "put_output"]
+__all__ = ["SETTINGS", "note_conduct", "number_or_nan", "numbered_frame", "put_output", "put_speed"]
 
 _EK = re.compile(r"EK ?\((?P<inputs>.+)\)")
 _ROOT = re.compile(r"MACHINE_DEF ?\[(?P<number>.+)\]\.(?:ROOT|MECH_TYPE)")
@@ -33,11 +33,22 @@ def put_output(state: State, line: Line, name: str, value: str) -> None:
     except UnknownError as reason:
         if plain:
             state.gap(line, f"the value isn't known ({reason})")
+    state.step(line, "output", f"{state.signals.get(name, name)}={value}", number_or_nan(state, value))
+
+
+def number_or_nan(state: State, text: str) -> float:
+    """The number that an expression stands for, NaN where the program doesn't hold it."""
     try:
-        number = state.variables.number(value)
+        return state.variables.number(text)
     except UnknownError:
-        number = float("nan")
-    state.step(line, "output", f"{state.signals.get(name, name)}={value}", number)
+        return float("nan")
+
+
+def put_speed(state: State, speed: float, line: Line) -> None:
+    """The tip's speed from here on, m/s."""
+    state.speed = speed
+    if speed <= 0.0:
+        state.object("speed", f"$VEL.CP is set to {speed:g} m/s, and has to be above 0", line)
 
 
 def _switch(state: State, match: re.Match[str], line: Line, value: str) -> None:
@@ -182,9 +193,7 @@ def _load(state: State, match: re.Match[str], line: Line, value: str) -> None:
 def _speed(state: State, match: re.Match[str] | None, line: Line, value: str) -> None:
     """`$VEL.CP`."""
     try:
-        state.speed = state.variables.number(value)
-        if state.speed <= 0.0:
-            state.object("speed", f"$VEL.CP is set to {state.speed:g} m/s, and has to be above 0", line)
+        put_speed(state, state.variables.number(value), line)
     except UnknownError as reason:
         state.gap(line, f"the speed isn't known from here on ({reason})")
         state.speed = float("nan")

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from camrob.witness.krl.conduct import ACC_PTP, PTP
-from camrob.witness.krl.settings import SETTINGS, numbered_frame
+from camrob.witness.krl.settings import SETTINGS, number_or_nan, numbered_frame, put_speed
 from camrob.witness.krl.state import State
 from camrob.witness.krl.statements import variable
 from camrob.witness.krl.text import Line
@@ -25,6 +25,7 @@ _PLAIN = frozenset(
     ("base", "tool", "load", "speed", "speeds", "ori_type", "circ_type", "ipo_mode", "bounded", "conduct", "nothing")
 )
 _NAN = float("nan")
+_Act = Callable[[State, str, Line], None]
 
 
 @contextmanager
@@ -55,10 +56,11 @@ def _take(state: State, name: str, value: str, line: Line) -> None:
     """One of the settings; raises UnknownError."""
     call = _CALL.fullmatch(value)
     if call is not None and call["name"] in FORM_FUNCTIONS:
-        of, act = FORM_FUNCTIONS[call["name"]]
+        of, part, act = FORM_FUNCTIONS[call["name"]]
         if name.split("[")[0] != of:
             raise UnknownError(f"{call['name']}() isn't for {name}")
-        act(state, [part.strip() for part in split_top(call["inputs"])], line)
+        given = split_top(call["inputs"])[0]
+        act(state, f"{given}.{part}" if part else given, line)
         return
     found = variable(state.variables.indexed(name))
     if found is None or found[0].act not in _PLAIN:
@@ -66,84 +68,73 @@ def _take(state: State, name: str, value: str, line: Line) -> None:
     SETTINGS[found[0].act](state, found[1], line, value)
 
 
-def _number(state: State, text: str) -> float:
-    """The number that an expression stands for, NaN where the program doesn't hold it."""
-    try:
-        return state.variables.number(text)
-    except UnknownError:
-        return _NAN
-
-
-def _speed(state: State, inputs: list[str], line: Line) -> None:
+def _speed(state: State, value: str, line: Line) -> None:
     """SVEL_CP(speed, , LDAT): the tip's speed; the tool turns as fast as the controller has it."""
-    speed = state.variables.number(inputs[0])
-    if speed <= 0.0:
-        state.object("speed", f"$VEL.CP is set to {speed:g} m/s, and has to be above 0", line)
-    state.speed = speed
+    put_speed(state, state.variables.number(value), line)
     for name in _TURNING:
         state.conduct.set(name, _NAN)
 
 
-def _setting(name: str, part: str = "") -> Callable[[State, list[str], Line], None]:
-    """A setting that is the function's input, or a part of it."""
+def _setting(name: str) -> _Act:
+    """A setting that is the function's input."""
 
-    def act(state: State, inputs: list[str], line: Line) -> None:
-        state.conduct.set(name, _number(state, f"{inputs[0]}.{part}" if part else inputs[0]))
+    def act(state: State, value: str, line: Line) -> None:
+        state.conduct.set(name, number_or_nan(state, value))
 
     return act
 
 
-def _frame(name: str, part: str = "") -> Callable[[State, list[str], Line], None]:
+def _frame(name: str) -> _Act:
     """A frame by its number in the controller's list."""
 
-    def act(state: State, inputs: list[str], line: Line) -> None:
-        numbered_frame(state, line, name, state.variables.number(f"{inputs[0]}.{part}" if part else inputs[0]))
+    def act(state: State, value: str, line: Line) -> None:
+        numbered_frame(state, line, name, state.variables.number(value))
 
     return act
 
 
-def _word(name: str, part: str = "") -> Callable[[State, list[str], Line], None]:
+def _word(name: str) -> _Act:
     """A setting that is a word such as #VAR."""
 
-    def act(state: State, inputs: list[str], line: Line) -> None:
-        value = state.variables.value(f"{inputs[0]}.{part}" if part else inputs[0])
+    def act(state: State, value: str, line: Line) -> None:
+        word = str(state.variables.value(value))
         found = variable(name)
         if found is not None:
-            SETTINGS[found[0].act](state, found[1], line, str(value))
+            SETTINGS[found[0].act](state, found[1], line, word)
 
     return act
 
 
-def _load(state: State, inputs: list[str], line: Line) -> None:
+def _load(state: State, value: str, line: Line) -> None:
     """SLOAD(number): the tool's own load data."""
     state.set_load(line.number, None)
 
 
-def _ramp(state: State, inputs: list[str], line: Line) -> None:
+def _ramp(state: State, value: str, line: Line) -> None:
     """SACC_CP(LDAT): a share of the controller's largest, which isn't in the text."""
     state.conduct.set("$ACC.CP", _NAN)
 
 
-def _nothing(state: State, inputs: list[str], line: Line) -> None:
+def _nothing(state: State, value: str, line: Line) -> None:
     """How a PTP is rounded, which is known to nobody here (`State.vague`); the collision detection."""
 
 
-FORM_FUNCTIONS: dict[str, tuple[str, Callable[[State, list[str], Line], None]]] = {
-    "SVEL_CP": ("$VEL", _speed),
-    "SVEL_JOINT": ("$VEL_AXIS", _setting(PTP)),
-    "STOOL": ("$TOOL", _frame("TOOL")),
-    "STOOL2": ("$TOOL", _frame("TOOL", "TOOL_NO")),
-    "SBASE": ("$BASE", _frame("BASE")),
-    "SIPO_MODE": ("$IPO_MODE", _word("$IPO_MODE")),
-    "SLOAD": ("$LOAD", _load),
-    "SACC_CP": ("$ACC", _ramp),
-    "SACC_JOINT": ("$ACC_AXIS", _setting(ACC_PTP, "ACC")),
-    "SORI_TYP": ("$ORI_TYPE", _word("$ORI_TYPE", "ORI_TYP")),
-    "SCIRC_TYP": ("$CIRC_TYPE", _word("$CIRC_TYPE", "CIRC_TYP")),
-    "SAPO": ("$APO", _setting("$APO.CDIS", "APO_DIST")),
-    "SAPO_PTP": ("$APO", _nothing),
-    "SJERK": ("$JERK", _nothing),
-    "SGEAR_JERK": ("$GEAR_JERK", _setting("$GEAR_JERK", "GEAR_JERK")),
-    "USE_CM_PRO_VALUES": ("$COLLMON_TOL_PRO", _nothing),
+FORM_FUNCTIONS: dict[str, tuple[str, str, _Act]] = {
+    "SVEL_CP": ("$VEL", "", _speed),
+    "SVEL_JOINT": ("$VEL_AXIS", "", _setting(PTP)),
+    "STOOL": ("$TOOL", "", _frame("TOOL")),
+    "STOOL2": ("$TOOL", "TOOL_NO", _frame("TOOL")),
+    "SBASE": ("$BASE", "", _frame("BASE")),
+    "SIPO_MODE": ("$IPO_MODE", "", _word("$IPO_MODE")),
+    "SLOAD": ("$LOAD", "", _load),
+    "SACC_CP": ("$ACC", "", _ramp),
+    "SACC_JOINT": ("$ACC_AXIS", "ACC", _setting(ACC_PTP)),
+    "SORI_TYP": ("$ORI_TYPE", "ORI_TYP", _word("$ORI_TYPE")),
+    "SCIRC_TYP": ("$CIRC_TYPE", "CIRC_TYP", _word("$CIRC_TYPE")),
+    "SAPO": ("$APO", "APO_DIST", _setting("$APO.CDIS")),
+    "SAPO_PTP": ("$APO", "", _nothing),
+    "SJERK": ("$JERK", "", _nothing),
+    "SGEAR_JERK": ("$GEAR_JERK", "GEAR_JERK", _setting("$GEAR_JERK")),
+    "USE_CM_PRO_VALUES": ("$COLLMON_TOL_PRO", "", _nothing),
 }
-"""By name: which variable a function is for, and what it does."""
+"""By name: which variable a function is for, the part of its first input that it reads, and what it does with that."""
