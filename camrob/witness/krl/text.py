@@ -116,12 +116,11 @@ def _statement(number: int, raw: bytes, above: tuple[str, ...], *, opening: bool
         text = raw.decode("latin-1")
     code, comment = split_comment(text)
     parts = code.split('"')
+    known = all(part.isascii() for part in parts[::2])
     parts[::2] = [" ".join(part.upper().split()) if i else part.upper() for i, part in enumerate(parts[::2])]
     code = " ".join(parts[0].split()) if len(parts) == 1 else '"'.join(parts).strip()
-    if not all(part.isascii() for part in split_comment(text)[0].split('"')[::2]):
-        code = (
-            f"? {code}"  # Python takes more for a blank than a controller does, and other letters for capitals of ASCII
-        )
+    if not known:  # Python takes more for a blank than a controller does, and other letters for capitals of ASCII
+        code = f"? {code}"
     return Line(number, "" if opening and code.startswith("&") else code, comment.strip(), text.strip(), above)
 
 
