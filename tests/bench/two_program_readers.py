@@ -43,9 +43,10 @@ _PLACE, _AXIS, _SHARE, _OUTER = 2e-6, 1e-6, 1e-9, 1e-6  # m, of a unit vector, o
 _MOST_SHOWN = 20
 
 
-def mutated(text: str, rng: random.Random, others: Sequence[str], fixed: int) -> str:
-    """The text with one to three changes behind its first `fixed` lines."""
+def mutated(text: str, rng: random.Random, others: Sequence[str]) -> str:
+    """The text with one to three changes behind its first empty line."""
     lines = text.split("\n")
+    fixed = lines.index("") + 1
     head, body = lines[:fixed], lines[fixed:]
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         if rng.random() < 0.3:
@@ -183,7 +184,7 @@ def _run(options: argparse.Namespace, folder: Path) -> int:
         for _ in range(count // len(languages)):
             name = rng.choice(names)
             text = seeds[name]
-            made = mutated(text, rng, list(seeds.values()), text.split("\n").index("") + 1)
+            made = mutated(text, rng, list(seeds.values()))
             target = folder / f"{name}{_SUFFIX[language]}"
             target.write_text(made)
             said = readings.compared(target)
