@@ -151,7 +151,7 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         not_reckoned=as_it_was.path.not_reckoned,
         rest_mm=float(m_to_mm(np.sqrt(3.0 * np.mean(as_it_was.path.rest**2)))),
         targets_added=added,
-        fastest_cut_mm_min=m_s_to_mm_min(known.fastest) if np.isfinite(known.fastest) else None,
+        fastest_cut_mm_min=round(m_s_to_mm_min(known.fastest), 6) if np.isfinite(known.fastest) else None,
         before=off_path_size(before),
         constants=off_path_size(constants),
         after=off_path_size(made.off_path),

@@ -107,7 +107,7 @@ def _fastest_cut(inputs: JobInputs, back: ReadBack) -> float | None:
     path, text = inputs.path, back.text
     speed = np.where(np.asarray(text.kind) >= Motion.LIN, np.asarray(text.speed), 0.0)
     fastest = float(speed[np.asarray(back.coverage.motion)[path.cutting[path.of_toolpath]]].max(initial=0.0))
-    return m_s_to_mm_min(fastest) if fastest > 0.0 and bool((speed > AT_SPEED * fastest).any()) else None
+    return round(m_s_to_mm_min(fastest), 6) if fastest > 0.0 and bool((speed > AT_SPEED * fastest).any()) else None
 
 
 def _conditioning(inputs: JobInputs, solution: Solution) -> Conditioning:
