@@ -122,7 +122,7 @@ class _Grid:
 
     def cut(self, region: Region, start: Array | None, box: Array, begin: int) -> None:
         """A region's cuts, the first of whose motions is number `begin`: where they go, and what stands above along the axis."""
-        cuts = np.flatnonzero(np.asarray(region.move) == Move.CUT)
+        cuts = np.flatnonzero(region.cutting)
         ways = _ways(region, start, box)
         points, row = _sampled(ways[0][cuts], ways[1][cuts], self.step)
         cell = self._cell(points)

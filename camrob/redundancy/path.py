@@ -115,6 +115,22 @@ class ToolPathInBase:
         return np.concatenate([[0.0], np.cumsum(step)]) if len(self) else np.zeros(0)
 
     @property
+    def step(self) -> Array:
+        """(N,) m of the tip's way from the point before to each point; 0 at the first."""
+        return np.diff(self.length, prepend=0.0)
+
+    @property
+    def cut(self) -> Array:
+        """(N,) m of that way which is cut: the steps of `cutting`, 0 elsewhere."""
+        return np.asarray(self.step * self.cutting)
+
+    @property
+    def weight(self) -> Array:
+        """(N,) what each point counts in a mean over the path: `cut`, or 1 each where nothing is cut."""
+        cut = self.cut
+        return cut if np.any(cut > 0.0) else np.ones(len(self))
+
+    @property
     def digest(self) -> str:
         """What the path is."""
         return digest(self.base_T_tip, self.move, self.feed, self.line, self.region)

@@ -83,8 +83,7 @@ def _joined_plans(path: ToolPathInBase, stretches: Sequence[Stretch]) -> PlanRep
     if len(reports) != len(plans):
         return None
     bound = np.concatenate([np.asarray(p.bound) for p in reports])
-    length = np.diff(path.length, prepend=0.0) * path.cutting
-    length = length if np.any(length > 0.0) else np.ones(len(path))
+    length = path.weight
     reached = np.concatenate([np.asarray(s.solution.inv_kf) for s in stretches])
     return PlanReport(
         mode=reports[0].mode,

@@ -117,7 +117,7 @@ def written_feed(
 
 def _cuts(path: ToolPathInBase, plan: FeedPlan, apart: float) -> tuple[Indices, Array]:
     """Where motions are parted: the point (E,) that each leads to, and the share (E,) of its way."""
-    way = np.diff(np.asarray(path.length), prepend=0.0)
+    way = path.step
     ends = np.flatnonzero(path.cutting & (way >= 2.0 * apart))
     ends = ends[ends > 0]
     if not len(ends) or not len(plan.place):

@@ -107,6 +107,11 @@ class Region:
         return len(self.position)
 
     @property
+    def cutting(self) -> NDArray[np.bool_]:
+        """(N,) True for points that the tool comes to at a feed."""
+        return np.asarray(self.move == int(Move.CUT))
+
+    @property
     def first_line(self) -> int:
         """Source line of the first point (0 for an empty region)."""
         return int(self.line[0]) if len(self) else 0

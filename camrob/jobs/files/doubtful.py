@@ -10,7 +10,6 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
 from camrob.cell.setup import Setup
 from camrob.findings import Finding
-from camrob.toolpath.region import Move
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_to_m, rad_to_deg
 
@@ -71,7 +70,7 @@ def doubtful_setup(setup: Setup, toolpath: Toolpath) -> Iterator[Finding]:
         clearance = float(m_to_mm(setup.clearance))
         text = f"clearance_mm = {clearance:.4g} of the set-up looks like metres: it is in mm"
         yield Finding("clearance-in-metres", text, value=clearance, unit="mm")
-    feeds = [np.asarray(r.feed)[np.asarray(r.move) == Move.CUT] for r in toolpath.regions if len(r)]
+    feeds = [np.asarray(r.feed)[r.cutting] for r in toolpath.regions if len(r)]
     least = min((float(f.min()) for f in feeds if len(f)), default=0.0)
     if setup.rapid_feed is not None and setup.rapid_feed < least:
         rapid, slowest = m_s_to_mm_min(setup.rapid_feed), m_s_to_mm_min(least)

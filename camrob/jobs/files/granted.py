@@ -17,7 +17,6 @@ from camrob.errors import InputError
 from camrob.findings import Finding
 from camrob.jobs.files.doubtful import doubtful_cell, doubtful_setup
 from camrob.se3 import xyzabc_from_frame
-from camrob.toolpath.region import Move
 from camrob.toolpath.toolpath import Tool, Toolpath
 from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
@@ -84,7 +83,7 @@ def _another(setup: Setup, tool: Tool) -> Finding | None:
 
 def _apart(toolpath: Toolpath, stock: Array) -> Finding | None:
     """A stock that hardly any cut comes near to: of another unit, or placed elsewhere."""
-    cuts = [np.asarray(r.position)[np.asarray(r.move) == Move.CUT] for r in toolpath.regions if len(r)]
+    cuts = [np.asarray(r.position)[r.cutting] for r in toolpath.regions if len(r)]
     points = np.concatenate(cuts) if cuts else np.zeros((0, 3))
     low, high = stock.reshape(-1, 3).min(axis=0), stock.reshape(-1, 3).max(axis=0)
     room = max((t.diameter for t in toolpath.tools), default=0.0)

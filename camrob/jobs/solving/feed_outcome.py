@@ -101,8 +101,7 @@ class FeedOutcome:
 
     def reached(self, path: ToolPathInBase) -> Array:
         """Mean speed (N,) on the way to each point of cutting as it will be run, m/s; NaN elsewhere."""
-        way = np.diff(np.asarray(path.length), prepend=0.0)
-        seconds = np.diff(self.at, prepend=0.0)
+        way, seconds = path.step, np.diff(self.at, prepend=0.0)
         moves = path.cutting & (seconds > 0.0) & (way > 0.0)
         return np.where(moves, way / np.where(moves, seconds, 1.0), np.nan)
 
@@ -119,7 +118,7 @@ class FeedOutcome:
         for loss in losses:
             by = loss.axis or (loss.cause if loss.cause in (CAUSE, BLOCK_TIME) else "none")
             by_axis[by] = by_axis.get(by, 0.0) + loss.lost
-        way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
+        way = path.cut
         kept = self.reached(path) >= FEED_KEPT * path.feed
         air = float(self.timing.total) - float(np.sum(np.diff(self.timing.at, prepend=0.0)[path.cutting]))
         return FeedFigures(

@@ -63,7 +63,7 @@ class HeldFeed:
 
     def figures(self, path: ToolPathInBase) -> HeldToTolerance:
         """For the summary."""
-        way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
+        way = path.cut
         slow = np.asarray(self.speed)[self.slowed]
         return HeldToTolerance(
             tolerance_mm=m_to_mm(self.tolerance),
@@ -80,7 +80,7 @@ class HeldFeed:
         """Where a path that is at its points at `at` (N,) s falls short of the programmed feed; cause (N,): the number among
         `causes` of what holds it back on the way to each, commanded at `speed`: 0 the feed itself.
         """
-        seconds, way = np.diff(at, prepend=0.0), np.diff(np.asarray(path.length), prepend=0.0)
+        seconds, way = np.diff(at, prepend=0.0), path.step
         mean = np.divide(way, seconds, out=np.full(len(way), np.nan), where=(way > 0.0) & (seconds > 0.0))
         why = np.where((cause == 0) & self.slowed, len(causes), cause).astype(np.int16)
         axes = [name if (name := c.split()[0]) in cell.names else "" for c in causes]
@@ -109,7 +109,7 @@ def held_feed(
     timed: from commanded speeds (N,) to the times at each point; off: from times (N,) to m off across the way.
     """
     cutting = np.asarray(path.cutting)
-    way = np.diff(np.asarray(path.length), prepend=0.0)
+    way = path.step
     speed, run = programmed.copy(), timed(programmed)
     at = np.asarray(run.at)
     before = after = off(at) * cutting

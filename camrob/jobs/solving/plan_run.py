@@ -26,7 +26,7 @@ def job_run(cell: Cell, rapid_speed: float) -> Run | None:
         q, speed = np.asarray(solution.q), path.commanded_speed(rapid_speed)
         timing = program_time(cell, path, q, speed=speed)
         stands = program_as_it_stands(cell, path, q, timing, speed=speed)
-        way = np.diff(np.asarray(path.length), prepend=0.0) * path.cutting
+        way = path.cut
         seconds = np.diff(np.asarray(timing.at), prepend=0.0)
         kept = (way > 0.0) & (way >= FEED_KEPT * speed * seconds)
         return RunFigures(timing.total, float(np.sum(way[kept])) / max(float(np.sum(way)), 1e-12), stands.total)

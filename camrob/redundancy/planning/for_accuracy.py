@@ -137,7 +137,7 @@ def expected_error(cell: Cell, errors: PostureErrors, path: ToolPathInBase, solu
     numbers = error_numbers(cell, len(free) - arm.start, errors)
     # the path's frames are the tool's as it is rolled
     square, _levers = expected_squares(numbers, np.ascontiguousarray(q[:, free]), np.ascontiguousarray(q[:, arm]), push)
-    length = np.diff(path.length, prepend=0.0) * cutting
+    length = path.cut
     if squares is None:
         length *= push[:, SHARE]
     else:

@@ -41,7 +41,7 @@ def out_of_time(task: Task, given: ToolPathInBase, trouble: str, report_share: S
     ground = task.grounds.get(given.digest)
     if ground is None:
         return solution
-    length, reached = _cut(given), np.asarray(solution.inv_kf)
+    length, reached = given.weight, np.asarray(solution.inv_kf)
     bound = np.maximum(ground.certificate.along(ground.w.s, ground.w.place), reached)
     gap = 100.0 * (1.0 - float(length @ reached) / float(length @ bound))
     *others, fell = solution.findings
@@ -60,7 +60,7 @@ def held_to_published(task: Task, given: ToolPathInBase, solution: Solution) -> 
         other = resolve_vjm(task.cell, given)
     except JobError:
         return solution
-    mean = float(np.average(np.asarray(other.inv_kf), weights=_cut(given)))
+    mean = float(np.average(np.asarray(other.inv_kf), weights=given.weight))
     if plan.reached_mean >= mean:
         return solution
     text = (
@@ -69,9 +69,3 @@ def held_to_published(task: Task, given: ToolPathInBase, solution: Solution) -> 
     )
     note = Finding("plan-hurried", text, Severity.WARNING, value=plan.reached_mean, limit=mean)
     return replace(solution, findings=(*solution.findings, note))
-
-
-def _cut(path: ToolPathInBase) -> Array:
-    """(N,) m that is cut on the way to each point; ones where nothing is."""
-    length = np.diff(path.length, prepend=0.0) * path.cutting
-    return np.asarray(length if np.any(length > 0.0) else np.ones(len(path)))

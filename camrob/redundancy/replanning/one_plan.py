@@ -228,9 +228,7 @@ def plan_solution(task: Task, path: ToolPathInBase, plan: Plan, followed: Follow
     land, point = plan.land, plan.taken
     w = land.w
     bound = np.maximum(land.certificate.along(w.s, w.place), followed.inv_kf)
-    length = np.diff(path.length, prepend=0.0) * path.cutting
-    if not np.any(length > 0.0):
-        length = np.ones(len(path))
+    length = path.weight
     report = PlanReport(
         mode=plan.mode,
         chosen=point.name,

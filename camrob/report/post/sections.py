@@ -185,8 +185,7 @@ def _per_region(path: ToolPathInBase, solution: Solution, count: int) -> tuple[A
     np.minimum.at(lowest, region, kf)
     points = np.bincount(region, minlength=count)
     mean = np.bincount(region, weights=kf, minlength=count) / np.maximum(points, 1)
-    step = np.diff(path.length, prepend=0.0) * path.cutting
-    return lowest, mean, m_to_mm(np.bincount(region, weights=step[inside], minlength=count).astype(float))
+    return lowest, mean, m_to_mm(np.bincount(region, weights=path.cut[inside], minlength=count).astype(float))
 
 
 def regions_table(summary: PostSummary, path: ToolPathInBase, solution: Solution, *, threshold: float) -> str:
