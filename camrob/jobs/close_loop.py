@@ -92,7 +92,9 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     with staged_output(out) as folder:
         text = json.dumps(ledger.to_json(), indent=2, allow_nan=False)
         (folder / "ledger.json").write_text(text + "\n", encoding="utf-8")
-        (folder / "ledger.html").write_text(ledger_report(ledger, loop.along(), loop.understood), encoding="utf-8")
+        (folder / "ledger.html").write_text(
+            ledger_report(ledger, loop.along(), loop.understood, loop.corrected), encoding="utf-8"
+        )
     return CloseLoopResult(ledger)
 
 
@@ -117,6 +119,7 @@ class _Loop:
         self.turns: list[LoopTurn] = []
         self.seen: dict[int, OffPath] = {}
         self.understood: dict[int, DiagnosisSummary] = {}
+        self.corrected: dict[int, CompensateSummary] = {}
         self.logs: list[Path] = []
         self.intended = out / "turn_1" / self.main
         self.outcome, self.next = "", ""
@@ -183,12 +186,9 @@ class _Loop:
                 out=folder,
                 progress=self.progress,
             )
-        said = self._compensated(turn)
+        said = self.corrected[turn] = CompensateSummary.from_json(_json(folder / f"{self.title}.json"))
         predicted = None if said.machine is None else said.machine.after
         return LoopTurn(turn=turn, program=name, made=made, predicted=predicted)
-
-    def _compensated(self, turn: int) -> CompensateSummary:
-        return CompensateSummary.from_json(_json(self._folder(turn) / f"{self.title}.json"))
 
     def _post(self, folder: Path, *, accurate: bool, diagnosis: Path | None = None) -> None:
         job = self.job
@@ -231,7 +231,7 @@ class _Loop:
         self._same_log(turn.turn, log.digest)
         program = language_of_file(self.intended).read(self.out / turn.program, self.cell.controller_section)
         meant = language_of_file(self.intended).read(self.intended, self.cell.controller_section)
-        made = self._compensated(turn.turn).machine if turn.turn > 1 else None
+        made = self.corrected[turn.turn].machine if turn.turn > 1 else None
         rows = meant_rows(program, {} if made is None else made.targets_added)
         if len(meant) != (rows[-1] + 1 if len(rows) else 0):
             what = f"{turn.program} holds a different number of motions from {self.intended.name}"

@@ -131,7 +131,7 @@ class MachineRun:
         return any(c.name == CAUSE and bool(c.twist.any()) for c in self.path.causes)
 
     def further_causes(self) -> tuple[str, ...]:
-        """What more than constants of the chain moves the tool."""
+        """What more than the calibration's constants moves the tool: constants, too, which only a diagnosis claims."""
         return tuple(name for name in self._further() if name != CAUSE or self.bends())
 
     def _further(self) -> tuple[str, ...]:
@@ -143,7 +143,7 @@ class MachineRun:
         constant = {
             unit_name(found, k)
             for k, (unit, effect, state) in enumerate(zip(found.units, found.effects, found.states, strict=True))
-            if effect.terms(unit, state)
+            if effect.terms(unit, state) and self.machine.constants is not None
         }
         return tuple(c.name for c in self.path.causes if c.name not in constant)
 

@@ -13,6 +13,7 @@ from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, framed, section, table, verdict_bar
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
+from camrob.summaries.compensate_summary import CompensateSummary
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import m_to_mm
 
@@ -25,12 +26,15 @@ Along = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def ledger_report(
-    ledger: CloseLoopSummary, seen: Mapping[int, Along], understood: Mapping[int, DiagnosisSummary]
+    ledger: CloseLoopSummary,
+    seen: Mapping[int, Along],
+    understood: Mapping[int, DiagnosisSummary],
+    corrected: Mapping[int, CompensateSummary],
 ) -> str:
     """The page as text.
 
     seen: of each turn that was measured, places along the path (K,), m, and how far the tool was off there (K,), m. understood:
-    what was said of each that was diagnosed.
+    what was said of each that was diagnosed; corrected: and of each whose program was compensated.
     """
     charts = [_chart(ledger), _along_chart(ledger, seen)] if seen else []
     body = "\n".join(
@@ -42,7 +46,7 @@ def ledger_report(
             _cards(ledger),
             *(chart_section(c) for c in charts),
             _turns(ledger),
-            *(_turn(ledger, t, understood.get(t.turn)) for t in ledger.turns),
+            *(_turn(ledger, t, understood.get(t.turn), corrected.get(t.turn + 1)) for t in ledger.turns),
             "<footer>Made by camrob. Measured figures include the instrument's noise; predicted ones include neither noise nor "
             "what stays unexplained. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
         ]
@@ -113,8 +117,10 @@ def _along_chart(ledger: CloseLoopSummary, seen: Mapping[int, Along]) -> LineCha
     )
 
 
-def _turn(ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | None) -> str:
-    """From program to correction: what was run, measured, found, and taken off in the next turn."""
+def _turn(
+    ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | None, corrected: CompensateSummary | None
+) -> str:
+    """From program to correction: what was run, measured, found, and taken off in the next turn (`corrected`)."""
     folder = quote(turn.program.rpartition("/")[0])
     stem = quote(turn.program.rpartition("/")[2].rpartition(".")[0])
     steps = [("Program", f'<a href="{folder}/{stem}.html">{escape(turn.program)}</a>, {escape(turn.made)}.')]
@@ -134,9 +140,10 @@ def _turn(ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | Non
         link = f'<a href="{quote(turn.diagnosis)}/diagnosis.html">the whole diagnosis</a>'
         steps.append(("Diagnosis", f"{escape(sentence(said))} ({link})"))
         after = next((t for t in ledger.turns if t.turn == turn.turn + 1), None)
-        if after is not None:
+        if after is not None and corrected is not None:
             page_of = quote(f"{after.program.rpartition('.')[0]}.html")
-            steps.append(("Correction", f'<a href="{page_of}">what {escape(after.program)} takes off</a>'))
+            text = f'<a href="{page_of}">{escape(after.program)}</a> {escape(_taken_off(said, corrected))}'
+            steps.append(("Correction", text))
         elif text := compensable_text(said):
             steps.append(("Correction", escape(text)))
     if turn.experiment:
@@ -144,6 +151,23 @@ def _turn(ledger: CloseLoopSummary, turn: LoopTurn, said: DiagnosisSummary | Non
     best = ": nearest to the path so far" if turn.turn == ledger.best else ""
     rows = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in steps)
     return section(f"Turn {turn.turn}{best}", framed(f"<table><tbody>{rows}</tbody></table>"))
+
+
+def _taken_off(said: DiagnosisSummary, corrected: CompensateSummary) -> str:
+    """What a compensated program takes off, by how much its targets were moved, and what that makes of the path."""
+    effects = said.compensable.effects if corrected.calibration is not None else ()
+    axes = {e.effect: ", ".join(e.axes) for e in said.claimed}
+    constants = [f"{e} of {axes[e]}" if axes.get(e) else e for e in effects]
+    further = () if corrected.machine is None else corrected.machine.causes
+    named = [plain_name(", ".join(n)) + w for n, w in ((constants, " (constants of the chain)"), (further, "")) if n]
+    moved = f"its targets moved by up to {corrected.correction.max_mm:.3f} mm, {corrected.correction.mean_mm:.3f} mm in the mean"
+    text = f"takes off {' and '.join(named) or 'nothing'}: {moved}"
+    if corrected.machine is not None:
+        before, now = corrected.machine.before, corrected.machine.after
+        count = sum(map(len, corrected.machine.targets_added.values()))
+        text += f"{f', {count:,} added' if count else ''}. As diagnosed that takes {before.rms_mm:.3f} to {now.rms_mm:.3f} mm rms"
+        text += f", 95 % from {before.p95_mm:.3f} to {now.p95_mm:.3f} mm"
+    return f"{text}."
 
 
 def _turns(ledger: CloseLoopSummary) -> str:
