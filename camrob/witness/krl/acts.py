@@ -9,7 +9,15 @@ from collections.abc import Callable
 
 from camrob.witness.krl.conduct import ACC_PTP, PTP
 from camrob.witness.krl.motion import motion, relative
-from camrob.witness.krl.settings import SETTINGS, note_conduct, number_or_nan, numbered_frame, put_output
+from camrob.witness.krl.settings import (
+    SETTINGS,
+    note_conduct,
+    number_or_nan,
+    numbered_frame,
+    put_circling,
+    put_output,
+    put_turning,
+)
 from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.statements import BAS, variable
 from camrob.witness.krl.text import Line
@@ -150,6 +158,7 @@ def _assign(state: State, match: re.Match[str], line: Line) -> None:
     except UnknownError as reason:
         state.gap(line, f"what is set isn't known ({reason})")
         return
+    bare = name.split("[")[0].split(".")[0]
     if name.startswith("$"):
         found = variable(name)
         if found is None:
@@ -162,8 +171,10 @@ def _assign(state: State, match: re.Match[str], line: Line) -> None:
     elif name in state.signals:
         state.waits(line)
         put_output(state, line, name, match["value"])
-    elif state.variables.knows(name) or name.split("[")[0].split(".")[0] in STANDARD:
+    elif state.variables.knows(name) or bare in STANDARD:
         _hold_tables(state, name.split(".")[0], line)
+        if bare in STANDARD and not state.variables.declared(bare):
+            state.variables.common.kinds[bare] = ""  # of $config.dat: one for all files
         try:
             state.variables.put(name, state.variables.value(match["value"]))
         except UnknownError:
@@ -247,6 +258,11 @@ def _bas_conduct(state: State, act: str, what: str, value: str) -> None:
         put(ACC_PTP, number_or_nan(state, "PDAT_ACT.ACC"))
         if what == "PTP_DAT":
             put(PTP, number_or_nan(state, "PDAT_ACT.VEL"))
+        if _of_form(state, "PDAT_ACT", "APO_MODE") in (
+            None,
+            "#CDIS",
+        ):  # else C_PTP's size, which the cell doesn't state
+            put("$APO.CDIS", number_or_nan(state, "PDAT_ACT.APO_DIST"))
     elif what in ("CP_DAT", "CP_PARAMS"):
         put("$APO.CDIS", number_or_nan(state, "LDAT_ACT.APO_DIST"))
         if number_or_nan(state, "LDAT_ACT.ACC") != 100.0:  # else as it has been
@@ -254,6 +270,23 @@ def _bas_conduct(state: State, act: str, what: str, value: str) -> None:
         if what == "CP_DAT":
             speed = number_or_nan(state, "LDAT_ACT.VEL")
             state.speed = speed if speed > 0.0 else float("nan")
+        turns, circles = _of_form(state, "LDAT_ACT", "ORI_TYP"), _of_form(state, "LDAT_ACT", "CIRC_TYP")
+        put_turning(state, "a LDAT_ACT that isn't known" if turns is None else turns or "#VAR")
+        put_circling(state, circles or "#BASE")
+
+
+def _of_form(state: State, name: str, part: str) -> str | None:
+    """A word among the data of an inline form: "" where they leave it out, and BAS.SRC takes its default; None where they aren't
+    known.
+    """
+    try:
+        data = state.variables.value(name)
+    except UnknownError:
+        return None
+    if not isinstance(data, dict):
+        return None
+    word = data.get(part, "")
+    return word if isinstance(word, str) else None
 
 
 def _carry_on(state: State, match: re.Match[str], line: Line) -> None:

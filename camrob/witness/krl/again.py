@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from camrob.witness.krl.columns import Motions
+from camrob.witness.krl.scope import Scope
 from camrob.witness.krl.state import State
-from camrob.witness.krl.values import Scope, Value, Variables
+from camrob.witness.krl.values import Value, Variables
 
 __all__ = ["alike", "left_over"]
 

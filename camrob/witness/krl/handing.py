@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from camrob.witness.krl.values import Scope, UnknownError, Value, Variables
+from camrob.witness.krl.scope import Scope
+from camrob.witness.krl.values import UnknownError, Value, Variables
 
 __all__ = ["hand_back", "hand_over"]
 
@@ -43,8 +44,10 @@ def hand_over(
     return own, given
 
 
-def hand_back(variables: Variables, given: Sequence[_Given], own: Scope) -> Iterator[str]:
-    """Sets the caller's variables to what the routine has made of its parameters; yields what it can't set."""
+def hand_back(variables: Variables, given: Sequence[_Given], own: Scope, *, counted: bool) -> Iterator[str]:
+    """Sets the caller's variables to what the routine has made of its parameters; yields what it can't set. counted: those of the
+    caller's own count as changed, too.
+    """
     for item in given:
         now = {name[len(item.name) :]: value for name, value in own.items() if name.split("[")[0] == item.name}
         if not item.back or (now == item.held and (item.place or item.held)):
@@ -53,7 +56,7 @@ def hand_back(variables: Variables, given: Sequence[_Given], own: Scope) -> Iter
             if item.place or not item.held:
                 yield item.place or item.name
             continue
-        variables.changes += 1
+        variables.changes += counted
         for behind in {*now, *item.held}:
             if behind in now:
                 variables.put(item.place + behind, now[behind])

@@ -142,16 +142,22 @@ def motion(state: State, match: re.Match[str], line: Line) -> None:
         state.gap(line, "a spline's curve between its points isn't judged")
     if word.startswith("S"):
         state.needs_splines(line)
-    said = "" if options is None else (options["round"] + " " + (options["behind"] or "")).strip(" ,")
-    rounds = bool(said) or word == "SPL"
-    if rounds and (word in ("SPTP", "PTP", "SPL") or not _settled(state, "S" if word.startswith("S") else "", said)):
-        state.vague.append((state.count, line.number, state.file))
+    rounds = _rounds(state, word, options, line)
     with with_words(state, "" if options is None else options["extra"] or "", line):
         try:
             _move(state, word.removeprefix("S") if word != "SPL" else "LIN", split_top(text), rounds, line)
         except UnknownError as reason:
             state.close_steps()
             _lost_motion(state, line, reason)
+
+
+def _rounds(state: State, word: str, options: re.Match[str] | None, line: Line) -> bool:
+    """Whether the corner behind a motion is rounded, noted where the cell doesn't say how far."""
+    said = "" if options is None else (options["round"] + " " + (options["behind"] or "")).strip(" ,")
+    rounds = bool(said) or word == "SPL"
+    if rounds and (word in ("SPTP", "PTP", "SPL") or not _settled(state, "S" if word.startswith("S") else "", said)):
+        state.vague.append((state.count, line.number, state.file))
+    return rounds
 
 
 def _settled(state: State, kind: str, word: str) -> bool:
@@ -208,32 +214,43 @@ def _circle(state: State, targets: list[str], rounds: bool, line: Line) -> None:
 
 
 def relative(state: State, match: re.Match[str], line: Line) -> None:
-    """LIN_REL and PTP_REL."""
+    """LIN_REL, PTP_REL and their spline twins."""
     options = _OPTIONS.fullmatch(match["rest"])
-    try:
-        if options is None or options["extra"]:
-            raise UnknownError("it has more to it than a step")
-        value, rounds = _components(state, options["target"]), bool(options["round"])
-        if any(_given(value, name) for name in "ABC"):
-            raise UnknownError("it turns the tool by angles")
-        arm = [_given(value, f"A{k + 1}") for k in range(6)]
-        if any(number is not None for number in arm):
-            if match["word"] != "PTP" or state.here.axes is None or options["frame"] == "#TOOL":
-                raise UnknownError("the axes that it begins at aren't in the text")
-            sums = [old + (number or 0.0) for old, number in zip(state.here.axes[:6], arm, strict=True)]
-            _add(state, AXES, [_NAN] * 6, sums + _externals(state, value, add=True), line, rounds=rounds)
-            return
-        kept = state.pose_here()
-        step = np.array([_given(value, name) or 0.0 for name in PARTS])
-        if options["frame"] == "#TOOL":
-            step[:3] = euler(np.array(kept[3:])) @ step[:3]
-        pose = [old + float(more) for more, old in zip(step, kept, strict=True)]
-        _check(state, line, arc=False, straight=match["word"] == "LIN")
-        axes = [_NAN] * 6 + _externals(state, value, add=True)
-        _add(state, LIN if match["word"] == "LIN" else POSE, pose, axes, line, rounds=rounds)
-    except UnknownError as reason:
-        state.close_steps()
-        _lost_motion(state, line, reason)
+    word = match["word"]
+    if word.startswith("S"):
+        state.needs_splines(line)
+    rounds = _rounds(state, word, options, line)
+    extra = "" if options is None else options["extra"] or ""
+    with with_words(state, extra if word.startswith("S") else "", line):
+        try:
+            if options is None or (extra and not word.startswith("S")):
+                raise UnknownError("it has more to it than a step")
+            _step(state, word.removeprefix("S"), options, rounds, line)
+        except UnknownError as reason:
+            state.close_steps()
+            _lost_motion(state, line, reason)
+
+
+def _step(state: State, word: str, options: re.Match[str], rounds: bool, line: Line) -> None:
+    """LIN or PTP by so much; raises UnknownError."""
+    value = _components(state, options["target"])
+    if any(_given(value, name) for name in "ABC"):
+        raise UnknownError("it turns the tool by angles")
+    arm = [_given(value, f"A{k + 1}") for k in range(6)]
+    if any(number is not None for number in arm):
+        if word != "PTP" or state.here.axes is None or options["frame"] == "#TOOL":
+            raise UnknownError("the axes that it begins at aren't in the text")
+        sums = [old + (number or 0.0) for old, number in zip(state.here.axes[:6], arm, strict=True)]
+        _add(state, AXES, [_NAN] * 6, sums + _externals(state, value, add=True), line, rounds=rounds)
+        return
+    kept = state.pose_here()
+    step = np.array([_given(value, name) or 0.0 for name in PARTS])
+    if options["frame"] == "#TOOL":
+        step[:3] = euler(np.array(kept[3:])) @ step[:3]
+    pose = [old + float(more) for more, old in zip(step, kept, strict=True)]
+    _check(state, line, arc=False, straight=word == "LIN")
+    axes = [_NAN] * 6 + _externals(state, value, add=True)
+    _add(state, LIN if word == "LIN" else POSE, pose, axes, line, rounds=rounds)
 
 
 def _kept(column: NDArray[np.float64], first: float) -> NDArray[np.float64]:

@@ -18,10 +18,11 @@ from camrob.witness.krl.hooks import Hooks, canonical
 from camrob.witness.krl.motion import add_rows
 from camrob.witness.krl.program import Block, Module, Node, Routine, beside, data_lines, read_module
 from camrob.witness.krl.replay import replay
+from camrob.witness.krl.scope import Scope
 from camrob.witness.krl.state import EndlessError, LostError, State
 from camrob.witness.krl.statements import statement
 from camrob.witness.krl.text import Line
-from camrob.witness.krl.values import Scope, UnknownError, Value, split_top
+from camrob.witness.krl.values import UnknownError, Value, split_top
 from camrob.witness.krl.with_part import FORM_FUNCTIONS, with_words
 from camrob.witness.machine import Machine
 
@@ -183,7 +184,7 @@ class _Runner:
         line, scope = Line(state.line, name, "", f"{name} ( )"), Scope()
         kept, self.returned = self.returned, None
         before = self.done()
-        self.enter(*found, texts, line)
+        self.enter(*found, texts, line, valued=True)
         value, self.returned = self.returned, kept
         if self.done() != before:
             state.gap(line, "the function does more than return a value, and that isn't judged")
@@ -199,8 +200,10 @@ class _Runner:
         frames = (state.base, state.tool, state.speed, state.constant, state.rounds, state.conduct.values)
         return repr((state.count, len(state.steps), state.variables.changes, len(state.interrupts), frames))
 
-    def enter(self, module: Module, routine: Routine, texts: list[str], line: Line | None) -> None:
-        """Runs one routine with what it is handed, and puts back what it hands back."""
+    def enter(
+        self, module: Module, routine: Routine, texts: list[str], line: Line | None, *, valued: bool = False
+    ) -> None:
+        """Runs one routine with what it is handed, and puts back what it hands back. valued: within an expression."""
         state = self.state
         if self.depth >= _CALLS_DEEP:
             raise LostError("routines call each other too deep")
@@ -218,7 +221,7 @@ class _Runner:
         finally:
             self.module, state.file, state.variables.own, state.variables.module = kept
             self.depth -= 1
-        for text in hand_back(state.variables, given, own):
+        for text in hand_back(state.variables, given, own, counted=valued):
             state.gap(line or routine.head, f"{routine.name} may change {text}, and that isn't judged")
 
     def nodes(self, nodes: list[Node]) -> None:

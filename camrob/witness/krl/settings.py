@@ -14,7 +14,16 @@ from camrob.witness.krl.state import Base, State
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import UnknownError, split_top
 
-__all__ = ["SETTINGS", "note_conduct", "number_or_nan", "numbered_frame", "put_output", "put_speed"]
+__all__ = [
+    "SETTINGS",
+    "note_conduct",
+    "number_or_nan",
+    "numbered_frame",
+    "put_circling",
+    "put_output",
+    "put_speed",
+    "put_turning",
+]
 
 _EK = re.compile(r"EK ?\((?P<inputs>.+)\)")
 _ROOT = re.compile(r"MACHINE_DEF ?\[(?P<number>.+)\]\.(?:ROOT|MECH_TYPE)")
@@ -222,15 +231,34 @@ def _advance(state: State, match: re.Match[str], line: Line, value: str) -> None
     state.step(line, "other")
 
 
-def _ori_type(state: State, match: re.Match[str], line: Line, value: str) -> None:
+def put_turning(state: State, value: str) -> None:
+    """`$ORI_TYPE` from here on."""
     state.constant = value == "#CONSTANT"
     state.unlike_line = "" if value in ("#VAR", "#CONSTANT") else f"$ORI_TYPE = {value}"
+
+
+def put_circling(state: State, value: str) -> None:
+    """`$CIRC_TYPE` from here on."""
+    state.unlike_arc = "" if value == "#BASE" else f"$CIRC_TYPE = {value}"
+
+
+def _ori_type(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    put_turning(state, _word(state, value))
     state.step(line, "other")
 
 
 def _circ_type(state: State, match: re.Match[str], line: Line, value: str) -> None:
-    state.unlike_arc = "" if value == "#BASE" else f"$CIRC_TYPE = {value}"
+    put_circling(state, _word(state, value))
     state.step(line, "other")
+
+
+def _word(state: State, text: str) -> str:
+    """The word of an enumeration that a text stands for; the text itself where that isn't known."""
+    try:
+        value = state.variables.value(text)
+    except UnknownError:
+        return text
+    return value if isinstance(value, str) else text
 
 
 def _ipo_mode(state: State, match: re.Match[str], line: Line, value: str) -> None:

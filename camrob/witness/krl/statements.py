@@ -87,7 +87,7 @@ STATEMENTS = (
         EXPERT + ": Motion programming",
     ),
     _row(
-        r"(?P<word>LIN|PTP)_REL (?P<rest>.+)",
+        r"(?P<word>S?LIN|S?PTP)_REL (?P<rest>.+)",
         "relative",
         "moves by the components given, in $BASE, or by axes",
         EXPERT + ": Relative motion",

@@ -13,9 +13,10 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from camrob.witness.krl.functions import FUNCTIONS, UnknownError, Value, chained
+from camrob.witness.krl.functions import FUNCTIONS, Inexact, UnknownError, Value, chained, compared, reckoned, rounded
+from camrob.witness.krl.scope import Scope
 
-__all__ = ["Scope", "UnknownError", "Value", "Variables", "split_top"]
+__all__ = ["UnknownError", "Value", "Variables", "split_top"]
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)(?![A-Z_$])"
@@ -58,29 +59,6 @@ def split_top(text: str, mark: str = ",") -> list[str]:
             parts.append(text[start:i])
             start = i + 1
     return [part.strip() for part in (*parts, text[start:])]
-
-
-class Scope(dict[str, Value]):
-    """Names with their values, and the types that they were declared with."""
-
-    def __init__(self) -> None:
-        self.kinds: dict[str, str] = {}
-        self.lost: set[str] = set()  # whose values were, and aren't known any more
-
-    def put(self, name: str, value: Value) -> None:
-        """Sets X or X[3]: an INT takes a REAL rounded, half away from zero, and a REAL an INT as it is."""
-        kind = self.kinds.get(name.split("[")[0], "")
-        if kind == "INT" and isinstance(value, float):
-            value = _rounded(value)
-        elif kind == "REAL" and isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
-        self.lost.discard(name)
-        self[name] = copy.deepcopy(value) if isinstance(value, dict) else value  # a copy: P.X may change in one alone
-
-
-def _rounded(value: float) -> int:
-    """Half away from zero."""
-    return int(math.copysign(math.floor(abs(value) + 0.5), value))
 
 
 def _no_function(name: str, texts: list[str]) -> Value:
@@ -147,6 +125,10 @@ class Variables:
         place = next((p for p in (self.own, self.module, self.common) if name in p.kinds), Scope())
         return {key[len(name) :]: value for key, value in place.items() if key.startswith(name + "[")}
 
+    def declared(self, name: str) -> bool:
+        """True where a scope that is in reach declares the name."""
+        return any(name in place.kinds for place in (self.own, self.module, self.common))
+
     def knows(self, name: str) -> bool:
         """True where the name is declared, with a value or without."""
         head = name.split(".")[0]
@@ -174,7 +156,11 @@ class Variables:
         if not isinstance(node, dict):
             raise UnknownError(f"{name} is not an aggregate")
         if parts[-1] in self.whole and isinstance(value, float):
-            value = _rounded(value)
+            whole = rounded(value)
+            if whole is None:
+                node.pop(parts[-1], None)
+                return
+            value = whole
         node[parts[-1]] = copy.deepcopy(value) if isinstance(value, dict) else value
 
     def indexed(self, name: str) -> str:
@@ -272,10 +258,12 @@ class _Reader:
         try:
             if not wanted.get(sign, numbers or (kinds[0] == kinds[1] and sign in ("==", "<>"))):
                 raise TypeError(f"{sign} doesn't take these; comparisons stand in brackets beside AND and OR")
+            if sign in _BINARY[0] and numbers:
+                return compared(act, left, right)  # type: ignore[arg-type]
             value = int(left / right) if sign == "/" and whole else act(left, right)  # type: ignore[operator]
             if isinstance(value, int) and abs(value) > _LARGEST:
                 raise OverflowError("it gets larger than KRL's whole numbers")
-            return value
+            return reckoned(value, left, right)
         except (TypeError, ZeroDivisionError, OverflowError) as failure:
             raise UnknownError(f"{self.text} can't be worked out ({failure})") from failure
 
@@ -301,7 +289,7 @@ class _Reader:
             value = self.single()
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise UnknownError(f"{self.text} can't be worked out")
-            return -value if token == "-" else value
+            return value if token == "+" else Inexact(-value) if isinstance(value, Inexact) else -value
         if kind == "sign" and token == "(":
             value = self.binary(0)
             self.expect(")")

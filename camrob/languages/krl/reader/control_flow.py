@@ -8,7 +8,7 @@ from collections.abc import Callable
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.expressions import Enumerated, Expression, Unknown, Value
 from camrob.languages.krl.reader.module import Block, Module
-from camrob.languages.krl.reader.tokens import Token, tokens_of
+from camrob.languages.krl.reader.tokens import Token, shown, tokens_of
 from camrob.languages.krl.reader.variables import Variables
 
 __all__ = ["Flow", "leave_loop"]
@@ -117,7 +117,9 @@ class Flow:
             if not isinstance(ends, bool):
                 if not passes:
                     return None
-                raise KrlError("WHILE whose course is not known any more", hint="post the program as a plain sequence")
+                raise KrlError(
+                    f"WHILE whose course is not known any more{_why(ends)}", hint="post the program as a plain sequence"
+                )
             if not ends:
                 return True
             passes += 1
@@ -127,9 +129,16 @@ class Flow:
             if until:
                 done = self._value(until)
                 if not isinstance(done, bool):
-                    raise KrlError("UNTIL a condition that is not known", hint="post the program as a plain sequence")
+                    raise KrlError(
+                        f"UNTIL a condition that is not known{_why(done)}", hint="post the program as a plain sequence"
+                    )
                 if done:
                     return True
+
+
+def _why(value: Value) -> str:
+    """What of a condition isn't known, for a message."""
+    return f" ({shown(value.text)})" if isinstance(value, Unknown) and value.text else ""
 
 
 def _own_lines(module: Module, block: Block) -> list[int]:

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from camrob.errors import KrlError
 from camrob.languages.krl.reader.tokens import Token, shown
 
-__all__ = ["Aggregate", "Enumerated", "Expression", "Mechanism", "Names", "Unknown", "Value", "place_of"]
+__all__ = [
+    "Aggregate",
+    "Computed",
+    "Enumerated",
+    "Expression",
+    "Mechanism",
+    "Names",
+    "Unknown",
+    "Value",
+    "doubtful_half",
+    "place_of",
+]
 
 _DEEPEST = 40  # nested brackets: deeper than a person writes, and short of Python's own limit
 _AFTER_VALUE = (",", "}", ")", "]")
+_SINGLE_SHARE = 1e-5  # that some thousand sums in single precision may be off
 _LARGEST_INTEGER = 2**53  # beyond it a double no longer tells neighbours apart
 
 
@@ -21,6 +36,12 @@ class Unknown:
     """A value that the program doesn't hold, and what it names."""
 
     text: str
+
+
+class Computed(float):
+    """A result of arithmetic: a controller's REAL has 32 bits, and may differ from it in the seventh digit."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +91,16 @@ _LEVELS: tuple[tuple[str, ...], ...] = (
     ("*", "/"),
     (":",),
 )
+
+
+_COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
+    "==": lambda left, right: left == right,
+    "<>": lambda left, right: left != right,
+    "<": lambda left, right: left < right,
+    ">": lambda left, right: left > right,
+    "<=": lambda left, right: left <= right,
+    ">=": lambda left, right: left >= right,
+}
 
 
 class Expression:
@@ -254,7 +285,8 @@ def _signed(sign: str, value: Value) -> Value:
     if isinstance(value, bool) and sign == "NOT":
         return not value
     if isinstance(value, (int, float)) and not isinstance(value, bool) and sign in "+-":
-        return -value if sign == "-" else value
+        negative = Computed(-value) if isinstance(value, Computed) else -value
+        return negative if sign == "-" else value
     return value if isinstance(value, Unknown) else Unknown(sign)
 
 
@@ -279,27 +311,47 @@ def _combine(operator: str, left: Value, right: Value) -> Value:
 
 def _arithmetic(operator: str, left: float, right: float) -> Value:
     """Comparisons and arithmetic; two integers divide to an integer, as KRL does."""
+    if operator in _COMPARISONS:
+        return _compared(operator, left, right)
+    whole = isinstance(left, int) and isinstance(right, int)
     if operator == "/":
         if right == 0:
             raise KrlError("a division by zero", hint="correct the statement")
-        if isinstance(left, int) and isinstance(right, int):
-            return abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1)
-        return left / right
+        if whole:
+            return int(abs(left) // abs(right)) * (1 if (left < 0) == (right < 0) else -1)
+        return _computed(left / right, left, right)
     if operator.startswith("B_") and isinstance(left, int) and isinstance(right, int):
         return {"B_AND": left & right, "B_OR": left | right, "B_EXOR": left ^ right}[operator]
-    values: dict[str, Callable[[], Value]] = {
-        "+": lambda: left + right,
-        "-": lambda: left - right,
-        "*": lambda: left * right,
-        "==": lambda: left == right,
-        "<>": lambda: left != right,
-        "<": lambda: left < right,
-        ">": lambda: left > right,
-        "<=": lambda: left <= right,
-        ">=": lambda: left >= right,
-    }
-    value = values[operator]() if operator in values else Unknown(operator)
-    return _whole(value) if isinstance(value, int) else value
+    values = {"+": lambda: left + right, "-": lambda: left - right, "*": lambda: left * right}
+    if operator not in values:
+        return Unknown(operator)
+    value = values[operator]()
+    return _whole(value) if isinstance(value, int) else _computed(value, left, right)
+
+
+def _computed(value: float, *given: float) -> float:
+    """The result as a plain number where a controller has it, and what it comes of, to the last bit."""
+    numbers = np.array([value, *given])
+    exact = not any(isinstance(number, Computed) for number in given)
+    with np.errstate(over="ignore"):
+        return value if exact and bool(np.all(np.float32(numbers) == numbers)) else Computed(value)
+
+
+def _compared(operator: str, left: float, right: float) -> Value:
+    """A comparison; Unknown of results of arithmetic that are so near each other that single precision decides."""
+    near = abs(left - right) <= _SINGLE_SHARE * max(abs(left), abs(right))
+    if near and (isinstance(left, Computed) or isinstance(right, Computed)):
+        return Unknown(f"... {operator} ... of REALs that are nearly the same")
+    if not (isinstance(left, int) and isinstance(right, int)):
+        with np.errstate(over="ignore"):
+            left, right = float(np.float32(left)), float(np.float32(right))
+    return _COMPARISONS[operator](left, right)
+
+
+def doubtful_half(value: float) -> bool:
+    """Whether single precision decides which whole number a result of arithmetic is rounded to."""
+    off = abs(value - math.floor(value) - 0.5)
+    return isinstance(value, Computed) and off <= _SINGLE_SHARE * max(abs(value), 1.0)
 
 
 def _whole(value: int) -> int:

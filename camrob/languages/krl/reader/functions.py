@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from camrob.errors import KrlError
-from camrob.languages.krl.reader.expressions import Aggregate, Unknown, Value
+from camrob.languages.krl.reader.expressions import Aggregate, Computed, Unknown, Value, doubtful_half
 from camrob.se3 import frame_from_xyzabc, inverse, xyzabc_from_frame
 from camrob.units import deg_to_rad, rad_to_deg
 
@@ -34,9 +34,9 @@ def typed(kind: str, value: Value) -> Value:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return value
     if kind == "REAL":
-        return float(value)
+        return value if isinstance(value, float) else float(value)
     if kind == "INT" and isinstance(value, float):
-        if not math.isfinite(value) or (value < 0.0 and value % 1.0 == 0.5):
+        if not math.isfinite(value) or (value < 0.0 and value % 1.0 == 0.5) or doubtful_half(value):
             return Unknown(f"{value:g} as a whole number")
         return math.floor(value + 0.5)
     return value
@@ -53,7 +53,9 @@ def built_in(name: str, arguments: list[Value]) -> Value | None:
     if len(numbers) < len(arguments):
         return Unknown(f"{name}(...)")
     try:
-        return _NUMBERS[name][1](*numbers)
+        value = _NUMBERS[name][1](*numbers)
+        plain = name == "ABS" and not isinstance(numbers[0], Computed)
+        return value if plain else Computed(value)
     except ValueError:
         raise KrlError(f"{name} of a number outside of its range", hint="correct the statement") from None
 
@@ -82,4 +84,6 @@ def _frame(value: Value) -> np.ndarray | None:
 
 def _aggregate(frame: np.ndarray) -> Aggregate:
     values = xyzabc_from_frame(frame)
-    return Aggregate("FRAME", dict(zip(_FRAME, [*values[:3].tolist(), *rad_to_deg(values[3:]).tolist()], strict=True)))
+    return Aggregate(
+        "FRAME", dict(zip(_FRAME, map(Computed, [*values[:3].tolist(), *rad_to_deg(values[3:]).tolist()]), strict=True))
+    )

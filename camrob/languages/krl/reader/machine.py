@@ -14,6 +14,7 @@ from camrob.findings import Finding, Severity
 from camrob.languages.krl.reader.expressions import Aggregate, Enumerated, Expression, Mechanism, Unknown, Value
 from camrob.languages.krl.reader.module import Module
 from camrob.languages.krl.reader.rows import KrlRows
+from camrob.languages.krl.reader.settings import USUAL
 from camrob.languages.krl.reader.targets import Target, merged, standing, stepped, target_of
 from camrob.languages.krl.reader.tokens import Token, canonical, shown
 from camrob.languages.krl.reader.variables import Variables
@@ -73,6 +74,7 @@ class KrlMachine:
             lines = scan.lin_line[first:last]
             speed = speeds[scan.speed_line[slow:fast].searchsorted(lines)]
             self._want_speed(float(speed[0]), int(lines[0]) + 1)
+            self._see_turning(("$ORI_TYPE",), int(lines[0]) + 1)
             values, approximation = scan.lin_values[first:last], scan.lin_approximation[first:last]
             self.rows.add_lins(values, approximation, speed, module.index, lines + 1)
             self.statements["LIN"] += int(last - first)
@@ -101,6 +103,7 @@ class KrlMachine:
             targets = [None if t is None else stepped(self.rows, t, word, by_tool=by_tool) for t in targets]
         if word != "PTP":
             self._want_speed(self.rows.modal.speed, line)
+            self._see_turning(("$ORI_TYPE",) if word == "LIN" else tuple(USUAL), line)
         elsewhere = self.rows.framed != (self.rows.modal.tool, self.rows.modal.base)
         kinds = {"LIN": [Motion.LIN], "CIRC": [Motion.CIRC_VIA, Motion.CIRC_END], "PTP": [Motion.PTP_POSE]}[word]
         start = self.rows.pose, self.rows.external
@@ -152,8 +155,12 @@ class KrlMachine:
             self.activate(command[1:].lower(), value, line)
         elif command == "#VEL_CP":
             self.set_modal("$VEL", "$VEL.CP", value, line)
-        elif command == "#CP_PARAMS":
-            self._inline_speed(value, line)
+        elif command in ("#CP_PARAMS", "#CP_DAT"):
+            self._inline_path(value if command == "#CP_PARAMS" else Unknown(""), line)
+        elif command in ("#PTP_PARAMS", "#PTP_DAT"):
+            self._inline_axes()
+        elif command == "#INITMOV":
+            self.variables.shared.update({name: Enumerated(usual) for name, usual in USUAL.items()})
         elif command == "?":
             self.find("bas-unknown", "BAS with a command that is not known here", line)
         if command in ("#CP_PARAMS", "#PTP_PARAMS", "#FRAMES"):
@@ -205,8 +212,8 @@ class KrlMachine:
         what = shown(value.text) if isinstance(value, Unknown) else expression.tokens[start].text
         if any(token.text == ":" for token in expression.tokens[start:]):
             raise KrlError(
-                f"{word} {shown(what)}: a target by the geometric operator (:) is not read",
-                hint="write it as one frame",
+                f"{word} {shown(what)}: the geometric operator (:) is read of whole frames alone, which the program holds",
+                hint="bring the .dat file along, or write it as one frame",
             )
         raise KrlError(
             f"{word} {shown(what)}: the target's value is not in the program", hint="bring its .dat file along"
@@ -240,14 +247,36 @@ class KrlMachine:
                     raise KrlError(f"{name} = {number:g}", hint="write a positive value")
             setattr(self.rows.modal, _MODAL[name], number)
 
-    def _inline_speed(self, value: Value, line: int) -> None:
-        """BAS(#CP_PARAMS, v): v in m/s, and what LDAT_ACT says. A post that leaves v at 0 means LDAT_ACT's speed."""
+    def _inline_path(self, value: Value, line: int) -> None:
+        """BAS(#CP_PARAMS, v): v in m/s, and what LDAT_ACT says; BAS(#CP_DAT): all by LDAT_ACT. A post that leaves v at 0 means
+        LDAT_ACT's speed. What LDAT_ACT leaves out of turning is the usual (BAS.SRC).
+        """
         given = value if isinstance(value, (int, float)) and value > 0 else self.variables.lookup("LDAT_ACT.VEL")
         if isinstance(given, (int, float)) and given > 0:
             self.set_modal("$VEL", "$VEL.CP", given, line)
+        else:
+            self.set_modal("$VEL", "$VEL.CP", Unknown("LDAT_ACT.VEL"), line)
         distance = self.variables.lookup("LDAT_ACT.APO_DIST")
         if isinstance(distance, (int, float)):
             self.set_modal("$APO", "$APO.CDIS", distance, line)
+        for name, part in (("$ORI_TYPE", "ORI_TYP"), ("$CIRC_TYPE", "CIRC_TYP")):
+            turning = self.variables.lookup(f"LDAT_ACT.{part}")
+            self.variables.shared[name] = turning if isinstance(turning, Enumerated) else Enumerated(USUAL[name])
+
+    def _inline_axes(self) -> None:
+        """What PDAT_ACT says of rounding that paths take over: by distance where it says #CDIS (BAS.SRC)."""
+        distance = self.variables.lookup("PDAT_ACT.APO_DIST")
+        if self.variables.lookup("PDAT_ACT.APO_MODE") == Enumerated("#CDIS") and isinstance(distance, (int, float)):
+            self.rows.modal.blend_mm = float(distance)
+
+    def _see_turning(self, names: tuple[str, ...], line: int) -> None:
+        """Notes that the tool turns otherwise along a path than it is read."""
+        for name in names:
+            value = self.variables.shared.get(name)
+            if value is not None and value != Enumerated(USUAL[name]):
+                said = value.text if isinstance(value, (Enumerated, Unknown)) else str(value)
+                text = f"{name} = {shown(said)} is read as {USUAL[name]}: where the tool turns to isn't what the program says"
+                self.find("rotation-type", text, line)
 
     def activate(self, name: str, number: Value, line: int) -> None:
         """Makes an entry of TOOL_DATA or BASE_DATA active; 0 is the null frame."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from camrob.languages.krl.reader.expressions import Unknown, Value
 from camrob.program.program_text import Setting
 
-__all__ = ["run_settings"]
+__all__ = ["USUAL", "run_settings"]
 
 _NAMES = {
     "$ADVANCE": "advance",
@@ -27,7 +27,8 @@ _NAMES = {
         for k in range(1, 7)
     },
 }
-_USUAL = {"$ORI_TYPE": "#VAR", "$CIRC_TYPE": "#BASE"}
+USUAL = {"$ORI_TYPE": "#VAR", "$CIRC_TYPE": "#BASE"}
+"""How the tool turns along paths, as everything here is read."""
 
 
 def run_settings(variables: Mapping[str, Value]) -> dict[str, Setting]:
@@ -39,5 +40,5 @@ def run_settings(variables: Mapping[str, Value]) -> dict[str, Setting]:
             continue
         plain = getattr(value, "text", value)
         if isinstance(plain, (int, float, str)):
-            found[name] = Setting(variable, plain, _USUAL.get(variable, ""))
+            found[name] = Setting(variable, plain, USUAL.get(variable, ""))
     return found
