@@ -1,0 +1,1 @@
+"""A ninth author's sealed cases: see README.md."""
