@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 import time
@@ -19,6 +18,7 @@ from camrob.jobs.batching.parcel import Parcel, Place, pack_parcel
 from camrob.jobs.batching.work import Outcome
 from camrob.jobs.exit_status import DONE, failure_line, failure_status
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import program_suffixes
 from camrob.progress import Progress
@@ -123,8 +123,7 @@ def _write_report(folder: Path, summary: BatchSummary) -> None:
     from camrob.report.batch.page import batch_report
 
     with staged_output(folder, name="batch") as staging:
-        text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
-        (staging / "batch.json").write_text(text + "\n", encoding="utf-8")
+        write_summary(staging / "batch.json", summary)
         (staging / "batch.html").write_text(batch_report(summary, folder), encoding="utf-8")
 
 

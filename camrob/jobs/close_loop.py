@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from contextlib import suppress
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.closing.added_targets import meant_rows
-from camrob.jobs.closing.beside import fastest_that_cuts
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, cuts_of
 from camrob.jobs.closing.loop_file import LoopJob, read_loop_job
 from camrob.jobs.closing.measured_path import OffPath, intended_path, measured_off_path
@@ -26,8 +24,10 @@ from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name
+from camrob.jobs.files.summary_file import read_summary, write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post
+from camrob.jobs.release.beside import fastest_that_cuts
 from camrob.languages import language_of_file
 from camrob.measurement.read_log import read_log
 from camrob.prediction.force_model import CuttingForce
@@ -90,8 +90,7 @@ def close_loop(job: Path, *, out: Path, progress: Progress | None = None) -> Clo
     loop.go()
     ledger = replace(loop.ledger(), seconds=round(time.perf_counter() - start, 3))
     with staged_output(out) as folder:
-        text = json.dumps(ledger.to_json(), indent=2, allow_nan=False)
-        (folder / "ledger.json").write_text(text + "\n", encoding="utf-8")
+        write_summary(folder / "ledger.json", ledger)
         (folder / "ledger.html").write_text(
             ledger_report(ledger, loop.along(), loop.understood, loop.corrected), encoding="utf-8"
         )
@@ -186,7 +185,7 @@ class _Loop:
                 out=folder,
                 progress=self.progress,
             )
-        said = self.corrected[turn] = CompensateSummary.from_json(_json(folder / f"{self.title}.json"))
+        said = self.corrected[turn] = CompensateSummary.from_json(_made_earlier(folder / f"{self.title}.json"))
         predicted = None if said.machine is None else said.machine.after
         return LoopTurn(turn=turn, program=name, made=made, predicted=predicted)
 
@@ -322,7 +321,7 @@ class _Loop:
                     calibration=folder / "fitted.toml",
                     progress=self.progress,
                 )
-        return DiagnosisSummary.from_json(_json(folder / "diagnosis.json"))
+        return DiagnosisSummary.from_json(_made_earlier(folder / "diagnosis.json"))
 
 
 def _force_for_all_turns(job: LoopJob) -> CuttingForce | None:
@@ -338,7 +337,7 @@ def _ledger_in(out: Path, made_from: dict[str, str]) -> Sequence[LoopTurn]:
     file = out / "ledger.json"
     if not file.is_file():
         return ()
-    before = CloseLoopSummary.from_json(_json(file))
+    before = CloseLoopSummary.from_json(_made_earlier(file))
     other = sorted(k for k in {*before.made_from, *made_from} if before.made_from.get(k) != made_from.get(k))
     if other:
         hint = "choose another --out for the new job, or put the file back"
@@ -346,14 +345,9 @@ def _ledger_in(out: Path, made_from: dict[str, str]) -> Sequence[LoopTurn]:
     return before.turns
 
 
-def _json(file: Path) -> dict[str, object]:
-    try:
-        found = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError("can't be read", hint="remove its folder, and give the command again", path=file) from error
-    if not isinstance(found, dict):
-        raise InputError("is not a summary", hint="remove its folder, and give the command again", path=file)
-    return found
+def _made_earlier(file: Path) -> dict[str, object]:
+    """The summary in a file of the loop's. Raises InputError where it can't be read."""
+    return read_summary(file, hint="remove its folder, and give the command again")
 
 
 def _fitted(diagnosis: Path) -> Path | None:

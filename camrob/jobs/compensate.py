@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,21 +19,21 @@ from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, VerificationError
 from camrob.findings import Severity
-from camrob.jobs.closing.beside import fastest_that_cuts, said_to_be_compensated
 from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.solution_program import check_feed, is_solution, program_of_solution, save_solution
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.release.beside import compensated_manifest, fastest_that_cuts, said_to_be_compensated
 from camrob.jobs.release.compensation import (
     analyses_before_after,
     compensation_summary,
     error_between,
     rates_and_violations,
 )
-from camrob.jobs.release.opinion import compensated_manifest
 from camrob.jobs.solving.sought import Sought
 from camrob.languages import language_of_file
 from camrob.prediction.read_force import read_force
@@ -132,8 +131,7 @@ def compensate(
             manifest = compensated_manifest(folder, Path(cell), program, went_by)
             files = sorted([*(f.name for f in folder.iterdir()), f"{source.stem}.json"])
             summary = replace(summary, files=tuple(files), manifest=manifest, seconds=time.perf_counter() - start)
-            text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
-            (folder / f"{source.stem}.json").write_text(text, encoding="utf-8")
+            write_summary(folder / f"{source.stem}.json", summary)
     return CompensateResult(summary, np.asarray(made.result.before), after)
 
 

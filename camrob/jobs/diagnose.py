@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.experiment import check_experiment_name, write_experiment
 from camrob.jobs.files.files import check_file_name, check_folder, staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
@@ -118,8 +118,7 @@ def diagnose(
         except JobError as error:
             refused = error
     with staged_output(out) as staging:
-        text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
-        (staging / "diagnosis.json").write_text(text + "\n", encoding="utf-8")
+        write_summary(staging / "diagnosis.json", summary)
         (staging / "diagnosis.html").write_text(diagnosis_report(summary, found.paths), encoding="utf-8")
     if refused is not None:
         raise refused

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.errors import InputError
 from camrob.jobs.derivatives import Coordinates, analyses_of, calibrated, coordinates_of, derivative_figures
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.progress import Progress, silent
 from camrob.report.derivatives.page import derivative_report
@@ -108,7 +108,7 @@ def written(summary: FeedSummary, text: str, out: Path) -> FeedResult:
     with staged_output(out) as folder:
         page, figures = (folder / name for name in FILES)
         page.write_text(text, encoding="utf-8")
-        figures.write_text(json.dumps(summary.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_summary(figures, summary, indent=1)
     return FeedResult(summary, out, FILES)
 
 

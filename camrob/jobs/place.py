@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import check_folder, staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
 from camrob.product_grid import product_grid
@@ -108,7 +108,7 @@ def place(
         picture = place_map(name, xyz_mm, found.value, trial.best, found.here, refused)
         (folder / f"{name}.place.svg").write_text(picture, encoding="utf-8")
         (folder / f"{name}.place.html").write_text(place_report(summary, picture), encoding="utf-8")
-        (folder / f"{name}.place.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
+        write_summary(folder / f"{name}.place.json", summary, indent=1)
     return PlaceResult(summary, out, summary.files)
 
 

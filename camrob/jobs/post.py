@@ -19,12 +19,13 @@ from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import demand_own_name, staged_output
 from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.attempt import Made, Order, fit
-from camrob.jobs.release.opinion import manifest_of
+from camrob.jobs.release.beside import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.refusal import as_planned, past_limit
-from camrob.jobs.release.saved import save_path, save_summary
+from camrob.jobs.release.saved import save_path
 from camrob.jobs.release.second_side import asking_for_clampings
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
@@ -223,7 +224,7 @@ def _posted(
         for side in inputs.setup.clampings
     )
     summary = replace(summary, seconds=watch.seconds, clampings=sides)
-    save_summary(folder / f"{title}.json", summary)
+    write_summary(folder / f"{title}.json", summary, indent=1)
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,6 +24,7 @@ from camrob.errors import InputError, SetupError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.predicting.input_remarks import remarks_on
 from camrob.jobs.predicting.predicted_figures import (
@@ -249,8 +249,7 @@ def _removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, bas
 
 
 def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
-    text = json.dumps(summary.to_json(), indent=2, allow_nan=False)
-    (folder / "predict.json").write_text(text + "\n", encoding="utf-8")
+    write_summary(folder / "predict.json", summary)
     arrays = {
         "points": m_to_mm(surface.point),
         "normals": surface.normal,

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import CamrobError, InputError
-from camrob.jobs.files.compare_program import compare_program
-from camrob.jobs.files.compare_summary import comparable, compare_summary
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post
+from camrob.jobs.regressing.compare_program import compare_program
+from camrob.jobs.regressing.compare_summary import comparable, compare_summary
 from camrob.languages import language_suffixes
 from camrob.progress import Progress, silent
 from camrob.summaries.regress_summary import RegressSummary, SampleFigures

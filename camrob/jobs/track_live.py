@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from camrob.errors import InputError
 from camrob.jobs.exit_status import DONE, NOT_SAFE
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.files.track_options import LiveOptions, live_options
 from camrob.loop.rsi.cycle_log import CycleLog, percentiles
@@ -114,9 +114,7 @@ def track_live(
     if out is not None:
         with staged_output(out) as folder:
             server.log.write(folder / "tracker.csv")
-            (folder / "tracker.json").write_text(
-                json.dumps(summary.to_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8"
-            )
+            write_summary(folder / "tracker.json", summary)
     return TrackLiveResult(summary, session, server.log)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import InputError
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.loop.analysis import Margins
 from camrob.loop.case import read_tracker_case
@@ -97,9 +97,7 @@ def tracker(
     summary = _summary(machine, study)
     with staged_output(out) as folder:
         (folder / "tracker.html").write_text(tracker_report(machine, study), encoding="utf-8")
-        (folder / "tracker.json").write_text(
-            json.dumps(summary.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8"
-        )
+        write_summary(folder / "tracker.json", summary, indent=1)
     return TrackerResult(summary, out, _FILES)
 
 

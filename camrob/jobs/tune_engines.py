@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import read_inputs
+from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.thinned import thinned
 from camrob.progress import Progress, part_of, stage_of
@@ -159,7 +159,7 @@ def tune_engines(
         for name in ("engine", "constant"):
             text = fis_text(_best(fits[name]).system, _remarks(summary, name))
             (folder / names[name]).write_text(text, encoding="utf-8")
-        (folder / "tune.json").write_text(json.dumps(summary.to_json(), indent=1) + "\n", encoding="utf-8")
+        write_summary(folder / "tune.json", summary, indent=1)
     return TuneEnginesResult(summary, out, summary.files)
 
 

@@ -27,7 +27,8 @@ from camrob.findings import Finding, Severity, collapse
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import JobInputs, read_inputs
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.release.opinion import manifest_findings, of_program, reason_for_slower
+from camrob.jobs.release.beside import manifest_findings, reason_for_slower
+from camrob.jobs.release.opinion import of_program
 from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_collisions
 from camrob.jobs.simulate import approximated, block_figures
 from camrob.languages import language_of_file

@@ -12,9 +12,9 @@ import pytest
 
 from camrob.cli import app as cli
 from camrob.errors import InputError
-from camrob.jobs.files.compare_program import compare_program
-from camrob.jobs.files.compare_summary import compare_summary
 from camrob.jobs.regress import regress
+from camrob.jobs.regressing.compare_program import compare_program
+from camrob.jobs.regressing.compare_summary import compare_summary
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from camrob.errors import InputError
-from camrob.jobs.files.compare_summary import comparable
+from camrob.jobs.regressing.compare_summary import comparable
 from camrob.summaries.base import Summary, further, keyed, left_out, spread
 from camrob.summaries.post_summary import PostSummary
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from camrob.errors import InputError
 from camrob.gap.cell_effects import cell_effects
 from camrob.gap.effects.registry import library
 from camrob.gap.fitted_units import FittedUnits, fitted_units
+from camrob.jobs.files.summary_file import read_summary
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import mm_to_m
 
@@ -38,11 +38,10 @@ def diagnosed(
     if not file.is_file():
         hint = "give the folder that `camrob diagnose --out` wrote"
         raise InputError("is a file" if Path(folder).is_file() else "holds no diagnosis.json", hint=hint, path=folder)
+    found = read_summary(file, hint="diagnose the logs again")
     try:
-        said = DiagnosisSummary.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except json.JSONDecodeError as error:
-        raise InputError("is damaged: it is no whole JSON file", hint="diagnose the logs again", path=file) from error
-    except (OSError, ValueError, InputError) as error:
+        said = DiagnosisSummary.from_json(found)
+    except (ValueError, InputError) as error:
         what = "is not a diagnosis that this camrob reads: it may be an older one's"
         raise InputError(what, hint="diagnose the logs again", path=file) from error
     if said.compensable.fitted is None:

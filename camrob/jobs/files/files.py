@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 
 from camrob.errors import InputError
 from camrob.jobs.exit_status import disk_full
+from camrob.jobs.files.summary_file import said_in
 from camrob.languages import language_suffixes, program_suffixes
 
 __all__ = ["check_calibration_name", "check_file_name", "check_folder", "demand_own_name", "staged_output"]
@@ -45,11 +45,10 @@ def demand_own_name(out: Path, name: str, clfile: Path) -> None:
     """Raise InputError where program NAME of a CL file of another name lies in `out`: a controller's names are short, and two
     long ones, or two that differ in what no name may hold, become one.
     """
-    try:
-        made_of = json.loads((out / f"{name}.json").read_bytes())["manifest"]["cl_file"]
-        others = [str(file) for file in made_of if str(file).partition(".")[0] != clfile.name.partition(".")[0]]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return  # there is no older program, or it isn't ours
+    manifest = said_in(out / f"{name}.json").get("manifest")
+    made_of = manifest.get("cl_file") if isinstance(manifest, Mapping) else None
+    files = made_of if isinstance(made_of, Mapping) else ()
+    others = [file for file in files if file.partition(".")[0] != clfile.name.partition(".")[0]]
     if others:
         what = f"{name} there is the program of {others[0][:_SHOWN]}, and {clfile.name[:_SHOWN]} comes to the same name"
         raise InputError(what, hint="name this one (--name), or choose another --out", path=out)
@@ -244,10 +243,7 @@ def _to_disk(path: Path) -> None:
 
 def _listed(summary: Path) -> list[str]:
     """The files that a NAME.json lists; none where it isn't there, or isn't ours."""
-    try:
-        listed = json.loads(summary.read_bytes())["files"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return []
+    listed = said_in(summary).get("files")
     return [file for file in listed if isinstance(file, str)] if isinstance(listed, list) else []
 
 

@@ -18,7 +18,7 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.units import m_to_mm, mm_min_to_m_s
 
-__all__ = ["check_feed", "is_solution", "program_of_solution", "read_solution", "save_solution"]
+__all__ = ["check_feed", "is_solution", "program_of_solution", "read_solution", "save_solution", "stem_of"]
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,11 @@ _FASTEST_MM_MIN = 120_000.0  # 2 m/s
 def is_solution(path: Path) -> bool:
     """True for NAME.path.npz."""
     return path.name.lower().endswith(_SUFFIX)
+
+
+def stem_of(path: Path) -> str:
+    """NAME of a solution, NAME.path.npz, or of a program."""
+    return path.name[: -len(_SUFFIX)] if is_solution(path) else path.stem
 
 
 def check_feed(path: Path, feed: float | None) -> None:
@@ -86,7 +91,7 @@ def program_of_solution(path: Path, cell: Cell, feed: float | None, folder: Path
     kind[0] = Motion.PTP_AXES
     approximate = np.ones(count, np.bool_)
     approximate[[0, -1]] = False
-    name = language.program_name(path.name[: -len(_SUFFIX)])
+    name = language.program_name(stem_of(path))
     program = build_program(
         name,
         cell,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from camrob.cell.setup import Setup
 from camrob.findings import Finding, collapse
-from camrob.jobs.closing.beside import said_to_be_compensated
+from camrob.jobs.release.beside import said_to_be_compensated
 from camrob.prediction.force_model import CuttingForce, Milling
 from camrob.prediction.surface import PredictedSurface
 from camrob.summaries.remarks import Remark

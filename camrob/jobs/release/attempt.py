@@ -14,7 +14,8 @@ from camrob.errors import CollisionError, ProgramError, VerificationError
 from camrob.findings import Finding, Severity
 from camrob.jobs.files.inputs import JobInputs, program_comment
 from camrob.jobs.files.mounting import mounted_loads
-from camrob.jobs.release.opinion import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE, hold_to_witness
+from camrob.jobs.release.beside import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE
+from camrob.jobs.release.opinion import hold_to_witness
 from camrob.jobs.release.release import ReadBack, check_release, named_region, path_margins, read_back
 from camrob.jobs.solving.feed_outcome import FeedOutcome, feed_outcome
 from camrob.jobs.solving.feed_within import off_at_speed, tolerance_findings

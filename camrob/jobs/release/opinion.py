@@ -2,45 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from camrob.errors import VerificationError
 from camrob.findings import Finding, Severity
 from camrob.jobs.release.refusal import advice
-from camrob.jobs.release.upload import SUFFIX
-from camrob.languages import language_suffixes
 from camrob.program.language import Language
-from camrob.summaries.post_summary import Manifest, WitnessFigures
-from camrob.units import mm_min_to_m_s
+from camrob.summaries.post_summary import WitnessFigures
 from camrob.witness.happenings import Objection
 from camrob.witness.judge import Verdict
-from camrob.witness.manifest import check_manifest, check_upload, digests, make_manifest
 
-__all__ = [
-    "SLOWER_BY_PLAN",
-    "SLOWER_BY_TOLERANCE",
-    "compensated_manifest",
-    "fastest_cut",
-    "hold_to_witness",
-    "manifest_findings",
-    "manifest_of",
-    "of_program",
-    "reason_for_slower",
-    "verified_by",
-    "witness_figures",
-]
+__all__ = ["finding_of", "hold_to_witness", "of_program", "verified_by", "witness_figures"]
 
 # what is worth a warning in a program of somebody else's, and has no excuse in one of camrob's own
 _OWN = frozenset(
     """no-status-turn ends-elsewhere path-from-home table-row peck-top-rounded spline-unasked axis-absent""".split()
 )
 _BY = "an independent witness"
-SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE = "--feed optimal", "the set-up's tolerance"
 _LONGEST = 90  # characters of a statement that is quoted
 _MOST = 50  # spans not judged that are named one by one
 
@@ -68,7 +49,7 @@ def hold_to_witness(verdict: Verdict, folder: Path) -> list[Finding]:
         for unread, hint in _never().items():
             if unread in text:
                 raise VerificationError(f"the program was not released: {text}; {hint}")
-    findings = [_finding(o, o.text, o.cl_line) for o in verdict.warnings]
+    findings = [finding_of(o, o.text, o.cl_line) for o in verdict.warnings]
     if not verdict.complete:
         spans = "; ".join(_not_judged(verdict)[:3])
         more = f" and {len(verdict.unjudged) - 3} more" if len(verdict.unjudged) > 3 else ""
@@ -116,7 +97,7 @@ def of_program(verdict: Verdict) -> list[Finding]:
     for o in verdict.objections:
         file = verdict.files[o.file] if 0 < o.file < len(verdict.files) else ""
         text = o.text.removeprefix(f"line {o.line} of the program: ")  # it has its own column
-        findings.append(replace(_finding(o, text, o.line), cl_line=o.cl_line, file=file))
+        findings.append(replace(finding_of(o, text, o.line), cl_line=o.cl_line, file=file))
     return findings + [Finding("not-judged", text) for text in _not_judged(verdict)]
 
 
@@ -133,86 +114,6 @@ def witness_figures(verdict: Verdict) -> WitnessFigures:
 def verified_by(verdict: Verdict, language: Language) -> str:
     """By what a released program was verified, for people."""
     return f"{_BY}{'' if verdict.complete else ', in part'}, the {language.title} reader and replay, and Pinocchio"
-
-
-def manifest_of(
-    folder: Path, files: Iterable[str], cell: Path, clfile: Path, setup: Path | None, known: Iterable[Path] = ()
-) -> Manifest:
-    """The manifest of NAME.json, of program files in a folder."""
-    program = [folder / name for name in files if name.endswith(language_suffixes())]
-    return Manifest(**make_manifest(program, cell, clfile=clfile, setup=setup, known=known))
-
-
-def compensated_manifest(folder: Path, cell: Path, source: Path, known: Iterable[Path]) -> Manifest:
-    """The manifest of the program in a folder, whose targets are those of `source`, moved: CL file and set-up are those of the
-    manifest beside that, where it is of the files that are there.
-    """
-    program = [file for file in folder.iterdir() if file.name.endswith(language_suffixes())]
-    made = Manifest(**make_manifest(program, cell, known=known))
-    then = _summary_beside(source).get("manifest")
-    beside = [source.with_name(file.name) for file in program]
-    given = digests(sorted(file for file in {source, *beside} if file.is_file()))
-    if isinstance(then, Mapping) and then.get("program") == given:
-        made = replace(made, cl_file=then.get("cl_file", {}), setup=then.get("setup", {}))
-    return replace(made, source=given)
-
-
-def manifest_findings(program: Path, cell: Path, clfile: Path | None, setup: Path | None) -> list[Finding]:
-    """What differs from the manifest in the NAME.json beside a program; nothing where there is none."""
-    manifest = _summary_beside(program).get("manifest")
-    if not isinstance(manifest, Mapping):
-        return []
-    found = check_manifest(manifest, _named(program, manifest), cell, clfile=clfile, setup=setup)
-    listed = program.with_suffix(SUFFIX)
-    if listed.exists():
-        found += check_upload(_text(listed), program, _named(program, manifest))
-    return [_finding(o, o.text, 0) for o in found]
-
-
-def reason_for_slower(program: Path) -> str:
-    """Why a program is slower than its file says, as its own NAME.json has it; empty where it is not the program posted."""
-    summary = _summary_beside(program)
-    manifest, feed = summary.get("manifest"), summary.get("feed")
-    if not isinstance(manifest, Mapping) or not isinstance(feed, Mapping):
-        return ""
-    reason = SLOWER_BY_PLAN if feed.get("mode") == "optimal" else SLOWER_BY_TOLERANCE if "tolerance" in feed else ""
-    return reason if manifest.get("program") == digests(_named(program, manifest)) else ""
-
-
-def fastest_cut(program: Path) -> float:
-    """m/s of the fastest cut, where lines that are faster are rapids, as the program's own NAME.json has it; infinite where it
-    says nothing, or is of another program.
-    """
-    summary = _summary_beside(program)
-    manifest, feed = summary.get("manifest"), summary.get("feed")
-    said = feed.get("fastest_cut_mm_min") if isinstance(feed, Mapping) else None
-    if not isinstance(manifest, Mapping) or not isinstance(said, int | float) or not said > 0.0:
-        return float("inf")
-    return float(mm_min_to_m_s(said)) if manifest.get("program") == digests(_named(program, manifest)) else float("inf")
-
-
-def _summary_beside(program: Path) -> Mapping[str, Any]:
-    """The NAME.json beside a program; empty where there is none."""
-    try:
-        summary = json.loads(program.with_suffix(".json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return summary if isinstance(summary, Mapping) else {}
-
-
-def _text(file: Path) -> str:
-    """A file's text, empty where it has none that can be read."""
-    try:
-        return file.read_text(encoding="ascii")
-    except (OSError, UnicodeDecodeError):
-        return ""
-
-
-def _named(program: Path, manifest: Mapping[str, Any]) -> set[Path]:
-    """The program's files that are there: its own, and those that the manifest names."""
-    named = manifest.get("program")
-    files = [program.with_name(Path(name).name) for name in named] if isinstance(named, Mapping) else []
-    return {file for file in {program, *files} if file.is_file()}
 
 
 def _quoted(objection: Objection, verdict: Verdict, folder: Path) -> str:
@@ -237,6 +138,7 @@ def _not_judged(verdict: Verdict) -> list[str]:
     return said[:_MOST] + ([f"and {len(said) - _MOST} more"] if len(said) > _MOST else [])
 
 
-def _finding(o: Objection, text: str, line: int) -> Finding:
+def finding_of(o: Objection, text: str, line: int) -> Finding:
+    """The finding that an objection of the witness is, in these words."""
     severity = Severity.ERROR if o.severity == "error" else Severity.WARNING
     return Finding(o.code, text, severity, line=line, axis=o.axis, value=o.value, limit=o.limit, unit=o.unit)

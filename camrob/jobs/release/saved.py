@@ -1,8 +1,7 @@
-"""The files of a post that aren't its program: NAME.json and NAME.path.npz."""
+"""NAME.path.npz, the solved path of a post."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +10,9 @@ import numpy as np
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.solving.feed_outcome import FeedOutcome
 from camrob.redundancy.solution import Solution
-from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 
-__all__ = ["save_path", "save_summary"]
-
-
-def save_summary(file: Path, summary: PostSummary) -> None:
-    """Write NAME.json."""
-    text = json.dumps(summary.to_json(), indent=1, allow_nan=False)
-    file.write_text(text + "\n", encoding="utf-8")
+__all__ = ["save_path"]
 
 
 def save_path(file: Path, inputs: JobInputs, solution: Solution, feed: FeedOutcome) -> None:

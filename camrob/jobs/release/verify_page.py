@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from camrob.controller.replay import Replay
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.summary_file import write_summary
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.report.verify.page import PICTURES, VerifiedMotions, verify_report
@@ -24,8 +24,7 @@ def write_page(out: Path, summary: VerifySummary, done: tuple[ProgramText, Repla
     motions = None if done is None else _motions(*done)
     pictures = {} if done is None else _pictures(*done, [*summary.errors, *summary.warnings])
     with staged_output(out) as folder:
-        text = json.dumps(summary.to_json(), indent=1, allow_nan=False)
-        (folder / "verify.json").write_text(text + "\n", encoding="utf-8")
+        write_summary(folder / "verify.json", summary, indent=1)
         (folder / "verify.html").write_text(verify_report(summary, motions, pictures), encoding="utf-8")
 
 

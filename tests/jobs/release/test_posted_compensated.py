@@ -16,9 +16,9 @@ from gap_cases import KR15, bench_accuracy
 from camrob import post, verify
 from camrob.calibration.calibration_file import calibration_text
 from camrob.errors import InputError
-from camrob.jobs.closing.beside import fastest_that_cuts
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.compensate import compensate
+from camrob.jobs.release.beside import fastest_that_cuts
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.prediction.deflection import CAUSE
 

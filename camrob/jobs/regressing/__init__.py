@@ -1,0 +1,1 @@
+"""Two outcomes of one post, held to each other."""
