@@ -23,6 +23,7 @@ from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import program_suffixes
 from camrob.progress import Progress
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
+from camrob.text import printable
 
 __all__ = ["BatchResult", "batch"]
 
@@ -193,6 +194,6 @@ class _View:
         failed = f", {self.failed} not done" if self.failed else ""
         lines = [f"{self.done} of {len(self.jobs)} jobs done{failed}"]
         for index, (stage, share) in list(self.shares.items()):
-            name = "".join(c if c.isprintable() else " " for c in Path(self.jobs[index].label).name)
+            name = printable(Path(self.jobs[index].label).name)
             lines.append(f"  {name[:40]}: {stage} {min(max(share, 0.0), 1.0):.0%}")
         self.progress("\n".join(lines), self.done / len(self.jobs))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 
 from camrob.errors import CamrobError, InputError, StaleInputError
+from camrob.text import printable
 
 __all__ = ["CHECK_FAILED", "DONE", "INPUT_WRONG", "NOT_SAFE", "disk_full", "failure_line", "failure_status"]
 
@@ -35,4 +36,4 @@ def failure_line(error: BaseException) -> str:
         text = "there is not enough memory for this job; split the CL file into operations"
     else:
         text = f"internal error ({type(error).__name__}: {error}); please report it with the files that led to it"
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return " ".join(printable(text).split())

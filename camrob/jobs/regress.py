@@ -12,6 +12,7 @@ from typing import Any
 
 from camrob.errors import CamrobError, InputError
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.inputs import CL_SUFFIXES
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post
 from camrob.jobs.regressing.compare_program import compare_program
@@ -26,7 +27,6 @@ GOLDEN = "golden"
 """The folder beside a sample's CL file that holds what its post should make."""
 
 _PLAIN = 65_536  # bytes of a program that stays plain text; a longer one is packed
-_SUFFIXES = (".cls", ".apt", ".aptsource", ".ncl", ".nc", ".ngc", ".clt")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ def _samples(toolpaths: Path) -> list[_Sample]:
     """The samples of a folder, by name."""
     if not toolpaths.is_dir():
         raise InputError("is not a folder", hint="give the folder that holds the samples", path=toolpaths)
-    files = [f for f in sorted(toolpaths.glob("*/*")) if f.suffix.lower() in _SUFFIXES and f.is_file()]
+    files = [f for f in sorted(toolpaths.glob("*/*")) if f.suffix.lower() in CL_SUFFIXES and f.is_file()]
     if not files:
         raise InputError(
             "holds no samples", hint="put every CL file with its setup.toml into a folder of its own", path=toolpaths

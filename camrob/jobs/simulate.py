@@ -7,7 +7,6 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from camrob.controller.least_times import ShortBlocks
 from camrob.controller.simulate import Approximation, Simulation
 from camrob.controller.simulate import simulate as run
 from camrob.errors import InputError
@@ -15,16 +14,16 @@ from camrob.findings import Finding, Severity, collapse
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import check_file_name, staged_output
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.solving.short_motions import block_figures
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.write_log import write_log
 from camrob.progress import Progress, stage_of
-from camrob.summaries.feed_figures import BlockTime
 from camrob.summaries.remarks import Approximated, Remark
 from camrob.summaries.simulate_summary import LimitShares, LostByCause, SimulateSeconds, SimulateSummary
-from camrob.units import m_to_mm, ms_to_s, s_to_ms
+from camrob.units import m_to_mm, ms_to_s
 
-__all__ = ["SimulateResult", "approximated", "block_figures", "simulate"]
+__all__ = ["SimulateResult", "approximated", "simulate"]
 
 _SUFFIXES = (".csv", ".parquet")
 _TAKEN = ("cell", "setup")  # their .toml is something else than a log's
@@ -124,18 +123,6 @@ def simulate(
 def approximated(found: Approximation) -> Approximated:
     """How a summary tells of roundings."""
     return Approximated(corners=found.corners, deviation_mm_max=m_to_mm(found.deviation), line=found.line or None)
-
-
-def block_figures(found: ShortBlocks | None) -> BlockTime | None:
-    """How a summary tells of motions that are too short for the controller."""
-    if found is None:
-        return None
-    return BlockTime(
-        block_ms=s_to_ms(found.block),
-        motions=found.count,
-        short=found.short,
-        shortest_ms=float(f"{s_to_ms(found.shortest):.4g}"),
-    )
 
 
 def _limits(simulation: Simulation) -> LimitShares:

@@ -13,7 +13,7 @@ from camrob.cell.redundancy_settings import EVEN
 from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.files import staged_output
-from camrob.jobs.files.inputs import read_inputs
+from camrob.jobs.files.inputs import CL_SUFFIXES, read_inputs
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.thinned import thinned
@@ -38,7 +38,6 @@ __all__ = ["TuneEnginesResult", "tune_engines"]
 
 Fitted = FittedConstant | FittedEngine
 
-_SUFFIXES = (".cls", ".apt", ".aptsource", ".ncl", ".nc", ".ngc", ".clt")
 _WAYS = {"constant": "constants, fitted", "engine": "rules, fitted"}
 _RULES = "the cell's own rules"
 _MOST_BUDGET, _MOST_SEEDS, _MOST_POINTS = 100_000, 100, 100_000  # days of one core: beyond is a slip of the pen
@@ -180,7 +179,7 @@ def _clfiles(samples: Sequence[Path]) -> list[Path]:
     found = []
     for sample in map(Path, samples):
         if sample.is_dir():
-            inside = [f for f in sorted((*sample.glob("*"), *sample.glob("*/*"))) if f.suffix.lower() in _SUFFIXES]
+            inside = [f for f in sorted((*sample.glob("*"), *sample.glob("*/*"))) if f.suffix.lower() in CL_SUFFIXES]
             found += [f for f in inside if f.is_file()]
             if not inside:
                 raise InputError("holds no samples", hint="give CL files, or folders that hold them", path=sample)

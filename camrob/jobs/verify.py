@@ -30,7 +30,8 @@ from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.beside import manifest_findings, reason_for_slower
 from camrob.jobs.release.opinion import of_program
 from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_collisions
-from camrob.jobs.simulate import approximated, block_figures
+from camrob.jobs.simulate import approximated
+from camrob.jobs.solving.short_motions import block_figures
 from camrob.languages import language_of_file
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, Share, stage_of

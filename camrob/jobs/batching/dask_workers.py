@@ -21,6 +21,7 @@ from camrob.jobs.batching.parcel import Parcel, Place, load_parcel, sandbox_path
 from camrob.jobs.batching.work import Outcome, lost_job, work
 from camrob.jobs.exit_status import failure_line, failure_status
 from camrob.jobs.files.files import check_file_name
+from camrob.text import printable
 
 __all__ = ["camrob_digest", "do_on_worker", "run_cluster"]
 
@@ -138,7 +139,7 @@ def _received(future: Any, parcel: Parcel, scratch: Path) -> tuple[Outcome, Path
 
 def _short(error: Exception) -> str:
     """What another library says, in one line of printable characters."""
-    return " ".join("".join(c if c.isprintable() else " " for c in str(error)).split())[:200]
+    return " ".join(printable(error).split())[:200]
 
 
 @contextmanager

@@ -27,9 +27,12 @@ from camrob.toolpath.rest import in_clamping, rest_from
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s, mm_to_m
 
-__all__ = ["JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs", "setup_of"]
+__all__ = ["CL_SUFFIXES", "JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs", "setup_of"]
 
 Array = NDArray[np.float64]
+CL_SUFFIXES = (".cls", ".apt", ".aptsource", ".ncl", ".nc", ".ngc", ".clt")
+"""By which CL files and G code are told from what else lies in a folder of samples."""
+
 _SHOWN = 60  # characters of a name that is refused
 
 # of a set-up that names none: a milling robot's void moves of 100 mm/s, and a clamp's height above the part

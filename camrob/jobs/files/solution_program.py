@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
+from camrob.jobs.files.cell_for import language_of
 from camrob.jobs.files.npz import read_arrays
 from camrob.kinematics.frames import base_T_tool, seen_by_program
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
-from camrob.languages import language_named
 from camrob.program.builder import build_program
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -80,7 +80,7 @@ def save_solution(path: Path, cell: Cell, q: Array, text: ProgramText) -> None:
 
 def program_of_solution(path: Path, cell: Cell, feed: float | None, folder: Path) -> Path:
     """Write the program of a solution at a feed (mm/min) into a folder: its main file. Raises InputError."""
-    language = language_named(cell.controller.language)
+    language = language_of(cell)
     rounding = language.round
     q, line = read_solution(path, cell)
     values = cell.to_axis_values(q)

@@ -12,6 +12,7 @@ from camrob.checks.collision_report import CollisionReport
 from camrob.checks.margins import MarginReport
 from camrob.errors import CollisionError, ProgramError, VerificationError
 from camrob.findings import Finding, Severity
+from camrob.jobs.files.cell_for import language_of
 from camrob.jobs.files.inputs import JobInputs, program_comment
 from camrob.jobs.files.mounting import mounted_loads
 from camrob.jobs.release.beside import SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE
@@ -23,7 +24,6 @@ from camrob.jobs.solving.resolved_job import Residual, ResolvedJob
 from camrob.jobs.solving.short_motions import MotionEnds, block_findings
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.watch import Watch
-from camrob.languages import language_named
 from camrob.program.arcs import without_arcs
 from camrob.program.assemble import assemble_program
 from camrob.program.decimate import decimated
@@ -99,7 +99,7 @@ def fit(order: Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> Made
 def _made(order: Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> Made:
     """Write a solution into the staging folder, read back, check; raises what stands against the release."""
     inputs, solution = resolved.inputs, resolved.solution
-    language = language_named(inputs.cell.controller.language)
+    language = language_of(inputs.cell)
     motions: MotionEnds = partial(motion_ends, inputs.toolpath, process=order.process)
     with watch.stage("feed"):
         keep = decimated(inputs.path, solution, inputs.setup.decimate)

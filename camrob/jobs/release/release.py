@@ -19,10 +19,10 @@ from camrob.controller.replay import Replay, replay
 from camrob.controller.trace import posture_trace
 from camrob.errors import CollisionError, JobError, ProgramError, VerificationError
 from camrob.findings import Finding, Severity, collapse
+from camrob.jobs.files.cell_for import language_of
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.refusal import advice, refusal, refusal_unread
 from camrob.jobs.release.solved import hold_to_solution
-from camrob.languages import language_named
 from camrob.program.motion import Motion
 from camrob.program.process import Process
 from camrob.program.program import Program
@@ -115,7 +115,7 @@ def read_back(source: Path, program: Program, inputs: JobInputs, solution: Solut
 
     Raises VerificationError for the first thing that stands against it.
     """
-    language = language_named(inputs.cell.controller.language)
+    language = language_of(inputs.cell)
     try:
         text = language.read(source, inputs.cell.controller_section)
         replayed = replay(text, inputs.cell, progress=progress)

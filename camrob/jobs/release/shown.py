@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -103,7 +104,7 @@ def other_ways(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
     if len(inputs.path) > COMPARED:
         return {}
     even = even_weights(inputs.cell)
-    ways = {"published method": partial(resolve_vjm)}
+    ways: dict[str, Callable[..., Solution]] = {"published method": resolve_vjm}
     if solution.method == "vjm":
         ways = {
             ALIKE: partial(resolve_vjm, weighting=even),

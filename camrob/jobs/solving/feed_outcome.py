@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.controller.least_times import ShortBlocks
 from camrob.dynamics.motion_torques import motion_torques
 from camrob.dynamics.torques import JointTorques
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.solving.feed_within import CAUSE, HeldFeed, OffAtSpeed, held_feed
-from camrob.jobs.solving.short_motions import MotionEnds, ShortMotions, short_motions
+from camrob.jobs.solving.short_motions import MotionEnds, block_figures, short_motions
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
@@ -63,7 +64,7 @@ class FeedOutcome:
     ordered: WrittenFeed | None
     sampled: NDArray[np.int64]
     torques: JointTorques
-    blocks: ShortMotions | None
+    blocks: ShortBlocks | None
 
     @property
     def speed(self) -> Array | None:
@@ -145,7 +146,7 @@ class FeedOutcome:
             planned_uses=None if plan is None else {k: _short(v) for k, v in plan.use.items()},
             written=self._written(),
             tolerance=None if self.held is None else self.held.figures(path),
-            blocks=None if self.blocks is None or not self.blocks.short else self.blocks.figures(),
+            blocks=block_figures(self.blocks) if self.blocks is not None and self.blocks.short else None,
         )
 
     def _written(self) -> WrittenFeedFigures | None:

@@ -13,8 +13,8 @@ from camrob.calibration.next_poses import candidate_postures, select_poses
 from camrob.cell.cell import Cell
 from camrob.checks.collisions import check_collisions
 from camrob.errors import CollisionError
+from camrob.jobs.files.cell_for import language_of
 from camrob.kinematics.frames import base_T_tool
-from camrob.languages import language_named
 from camrob.program.builder import build_program, printed_frames
 from camrob.program.motion import Motion
 from camrob.program.program import ProgramEvent, ProgramEventKind
@@ -88,7 +88,7 @@ def plan_measuring(
 
 def _rounded(cell: Cell, q: Array) -> Array:
     """Axis values (N, axes) as they are printed."""
-    values, rounding = cell.to_axis_values(q), language_named(cell.controller.language).round
+    values, rounding = cell.to_axis_values(q), language_of(cell).round
     return np.concatenate([rounding.axes(values[:, :6]), rounding.external(values[:, 6:])], axis=1)
 
 
@@ -105,7 +105,7 @@ def _tour(cell: Cell, start: Array, q: Array) -> NDArray[np.int64]:
 
 
 def _plan(cell: Cell, tour: Array, expected: Array, checked: bool, exchanged: int, name: str) -> MeasuringPlan:
-    count, language = len(tour), language_named(cell.controller.language)
+    count, language = len(tour), language_of(cell)
     values = _rounded(cell, tour)
     tips = printed_frames(base_T_tool(cell, tour))[1:-1, :3]
     rest = tuple(ProgramEvent(k + 1, ProgramEventKind.DWELL, value=_REST) for k in range(1, count - 1))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.controller.least_times import ShortBlocks
 from camrob.findings import Finding, Severity
 from camrob.jobs.files.inputs import JobInputs
 from camrob.program.decimate import decimated
@@ -22,7 +22,7 @@ from camrob.timing.straight_pieces import path_rates
 from camrob.toolpath.sampling import CHORD_TOLERANCE
 from camrob.units import m_to_mm, ms_to_s, s_to_ms
 
-__all__ = ["MotionEnds", "ShortMotions", "block_findings", "short_motions"]
+__all__ = ["MotionEnds", "block_figures", "block_findings", "short_motions"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -32,29 +32,23 @@ _THINNED = 0.7  # of the short motions: where thinning leaves more it is no advi
 _WORTH = 0.002  # of the program's time: what is lost below it is not worth a word
 
 
-@dataclass(frozen=True, slots=True)
-class ShortMotions:
-    """The cutting's motions (count), those of them that take less than the block time (s) at the programmed feed, and what the
-    shortest takes (s).
+def block_figures(found: ShortBlocks | None) -> BlockTime | None:
+    """How a summary tells of motions that are too short for the controller."""
+    if found is None:
+        return None
+    return BlockTime(
+        block_ms=s_to_ms(found.block),
+        motions=found.count,
+        short=found.short,
+        shortest_ms=float(f"{s_to_ms(found.shortest):.4g}"),
+    )
+
+
+def short_motions(cell: Cell, path: ToolPathInBase, q: Array, speed: Array, ends: Mask) -> ShortBlocks | None:
+    """The cutting's motions of a path with postures q (N, n) at `speed` (N,), m/s, that end at `ends` (N,).
+
+    None without a block time.
     """
-
-    block: float
-    count: int
-    short: int
-    shortest: float
-
-    def figures(self) -> BlockTime:
-        """For the summary."""
-        return BlockTime(
-            block_ms=s_to_ms(self.block),
-            motions=self.count,
-            short=self.short,
-            shortest_ms=float(f"{s_to_ms(self.shortest):.4g}"),
-        )
-
-
-def short_motions(cell: Cell, path: ToolPathInBase, q: Array, speed: Array, ends: Mask) -> ShortMotions | None:
-    """The motions of a path with postures q (N, n) at `speed` (N,), m/s, that end at `ends` (N,); None without a block time."""
     block = ms_to_s(cell.controller.block_ms)
     if block <= 0.0:
         return None
@@ -62,14 +56,14 @@ def short_motions(cell: Cell, path: ToolPathInBase, q: Array, speed: Array, ends
     at = rates.translates & path.cutting[rates.end] & ends[rates.end]
     seconds = motion_lengths(rates, ends)[at] / speed[rates.end[at]]
     if not len(seconds):
-        return ShortMotions(block, 0, 0, 0.0)
-    return ShortMotions(block, len(seconds), int(np.sum(seconds < block)), float(seconds.min()))
+        return ShortBlocks(block, 0, 0, 0.0)
+    return ShortBlocks(block, len(seconds), int(np.sum(seconds < block)), float(seconds.min()))
 
 
 def block_findings(
     inputs: JobInputs,
     solution: Solution,
-    found: ShortMotions | None,
+    found: ShortBlocks | None,
     losses: tuple[FeedLoss, ...],
     seconds: float,
     motions: MotionEnds,

@@ -5,7 +5,9 @@ from __future__ import annotations
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from camrob.report.words import shown_text
 from camrob.summaries.regress_summary import RegressSummary
+from camrob.text import printable
 
 __all__ = ["render_regress"]
 
@@ -20,8 +22,8 @@ def render_regress(summary: RegressSummary) -> RenderableType:
         points = f"{sample.points} points" if sample.points is not None else "no program"
         verdict = "written" if summary.updated else "as before" if sample.ok else "DIFFERS"
         rounding = f", {sample.rounded} numbers rounded the other way" if sample.rounded else ""
-        parts.append(Text(_printable(f"{sample.part}: {verdict} ({points}{rounding}, {sample.seconds:.1f} s)")))
-        parts += [Text(_printable(f"  {line}"), overflow="fold") for line in differences[:_MOST]]
+        parts.append(shown_text(f"{sample.part}: {verdict} ({points}{rounding}, {sample.seconds:.1f} s)"))
+        parts += [Text(printable(f"  {line}"), overflow="fold") for line in differences[:_MOST]]
         if len(differences) > _MOST:
             parts.append(Text(f"  ... and {len(differences) - _MOST} more differences (--json shows all)"))
     count = sum(not sample.ok for sample in summary.samples)
@@ -32,7 +34,3 @@ def render_regress(summary: RegressSummary) -> RenderableType:
     else:
         end = f"all {len(summary.samples)} samples come out as before"
     return Group(*parts, Text(end))
-
-
-def _printable(text: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in text)

@@ -24,10 +24,10 @@ def render_tune(summary: TuneSummary) -> RenderableType:
             shown_text(way.way),
             _price(way.trained),
             _price(way.withheld),
-            _number(figures.inv_kf_mean, 3),
-            _number(figures.inv_kf_min, 3),
+            shown_number(figures.inv_kf_mean, 3),
+            shown_number(figures.inv_kf_min, 3),
             "\n".join(f"{k.partition('_')[0]} {shown_number(v, 0)}" for k, v in figures.travel.items()),
-            _number(figures.feed_held_percent, 1),
+            shown_number(figures.feed_held_percent, 1),
         )
     where = ", ".join(f"{axis} {shown_number(v)}" for axis, v in summary.table_error_at.items())
     return Group(
@@ -52,7 +52,3 @@ def _price(figures: TunedFigures | None) -> str:
         text += f"\n{shown_number(min(figures.price_by_seed), 3)} to {shown_number(max(figures.price_by_seed), 3)}"
     lost = figures.paths - figures.followed
     return f"{text}\n{lost} not followed" if lost else text
-
-
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None else shown_number(value, digits)
