@@ -39,9 +39,9 @@ def check_collisions(
     cell: Cell,
     q: Array,
     *,
-    cutting: ArrayLike,
-    line: ArrayLike,
-    region: ArrayLike,
+    cutting: ArrayLike | None = None,
+    line: ArrayLike | None = None,
+    region: ArrayLike | None = None,
     part_mesh: Array | None = None,
     stock_mesh: Array | None = None,
     base_T_part: Array | None = None,
@@ -54,8 +54,9 @@ def check_collisions(
     """Follows every pair of bodies that may not touch along postures q (M, n), straight in the joints between points.
 
     cutting (M,): True for points that the tool comes to while it cuts; line (M,): CL lines, 0 for camrob's own points;
-    region (M,). part_mesh, stock_mesh: triangles (k, 3, 3) in the frame `part`, m (see `body_triangles`), posed by
-    base_T_part. tool: its diameter and length, where known, replace the cell's own tool body.
+    region (M,), -1 between regions. Without them nothing is cut, by no line and in no region. part_mesh, stock_mesh: triangles
+    (k, 3, 3) in the frame `part`, m (see `body_triangles`), posed by base_T_part. tool: its diameter and length, where known,
+    replace the cell's own tool body.
 
     Bodies of one group, of groups that ignore each other, or that don't move against each other are left out. The tool
     may touch the part while it cuts; in air it may not by more than `touch` (m), and close to where a cut ends or
@@ -68,7 +69,9 @@ def check_collisions(
     count = len(q)
     if q.shape != (count, len(cell)) or not np.all(np.isfinite(q)):
         raise ValueError(f"postures are {q.shape} or not finite, expected ({count}, {len(cell)}) finite numbers")
-    cut, lines, regions = np.asarray(cutting, bool), np.asarray(line, np.int64), np.asarray(region, np.int64)
+    cut = np.zeros(count, bool) if cutting is None else np.asarray(cutting, bool)
+    lines = np.zeros(count, np.int64) if line is None else np.asarray(line, np.int64)
+    regions = np.full(count, -1, np.int64) if region is None else np.asarray(region, np.int64)
     if any(v.shape != (count,) for v in (cut, lines, regions)):
         raise ValueError("cutting, line and region need one value a posture")
     base_T_part = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)

@@ -93,8 +93,7 @@ def _refused(files: Mapping[str, bytes], name: str, cell: Path, language: Langua
         text = language.read(source)
     replayed = replay(text, read_cell(cell))
     q, motion = posture_trace(text, replayed)
-    nothing = np.zeros(len(q), int)
-    report = check_collisions(replayed.cell, q, cutting=np.zeros(len(q), bool), line=nothing, region=nothing)
+    report = check_collisions(replayed.cell, q)
     if report.hit.any():
         return f"line {int(text.line[motion[int(np.argmax(report.hit))]])}: bodies of the cell touch"
     return ""

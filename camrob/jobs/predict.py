@@ -24,6 +24,7 @@ from camrob.errors import InputError, SetupError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.mounting import cutter_of
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.predicting.input_remarks import remarks_on
@@ -283,15 +284,11 @@ def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
 
 def _cutter(setup: Setup) -> Cutter:
     """The set-up's one cutter. Raises SetupError where it does not say what its shape is."""
-    tool = setup.tool()
-    if not tool.diameter or tool.corner is None or not tool.length:
+    cutter = cutter_of(setup.tool(), setup)
+    if cutter is None:
         what = "does not say the cutter's shape"
         raise SetupError(what, hint="give [tool] diameter_mm, corner_radius_mm and length_mm", path=setup.path)
-    if tool.corner > 0.5 * tool.diameter or tool.corner > tool.length:
-        raise SetupError(
-            "has a corner_radius_mm that no cutter has", hint="give half the diameter at most", path=setup.path
-        )
-    return Cutter(0.5 * tool.diameter, tool.corner, tool.length)
+    return cutter
 
 
 def _stock(setup: Setup, pitch: float) -> Dexels:

@@ -224,17 +224,8 @@ def _cell_collisions(text: ProgramText, replayed: Replay, progress: Share) -> Co
     reports = []
     for k, cell in enumerate(replayed.cells):
         here = np.asarray(replayed.mounted)[owner] == k
-        none = np.zeros(int(here.sum()), np.int64)
-        reports.append(
-            check_collisions(
-                cell,
-                postures[here],
-                cutting=none > 0,
-                line=np.asarray(text.line)[owner[here]],
-                region=none - 1,
-                progress=progress,
-            )
-        )
+        line = np.asarray(text.line)[owner[here]]
+        reports.append(check_collisions(cell, postures[here], line=line, progress=progress))
     return reports[0] if len(reports) == 1 else joined_collisions(reports)
 
 

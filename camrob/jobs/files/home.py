@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from camrob.bodies.bodies import JOB_GROUPS
 from camrob.cell.cell import Cell
 from camrob.checks.collisions import check_collisions
@@ -22,10 +20,8 @@ def touches_at_home(cell: Cell) -> tuple[str, ...]:
 
 def demand_free_home(inputs: JobInputs) -> None:
     """Raise CollisionError where the cell with one of the job's tools, the part and the stock touches something at HOME."""
-    base_T_part = np.asarray(inputs.setup.base_T_part)
     for held in inputs.mounted:
-        job = {"part_mesh": inputs.part, "stock_mesh": inputs.stock, "base_T_part": base_T_part, "tool": held.tool}
-        for touch, cure in _touches(held.cell, **job):
+        for touch, cure in _touches(held.cell, **inputs.bodies, tool=held.tool):
             raise CollisionError(f"the program was not released: {touch}; {cure}")
 
 
@@ -33,7 +29,7 @@ def _touches(cell: Cell, **job: Any) -> list[tuple[str, str]]:
     """What touches and what to do, for the first pair of bodies of each two groups; job: as `check_collisions` takes it."""
     if not cell.shapes:
         return []
-    report = check_collisions(cell, cell.q_home[None], cutting=[False], line=[0], region=[-1], **job)
+    report = check_collisions(cell, cell.q_home[None], **job)
     first: dict[tuple[str, str], tuple[str, str]] = {}
     for found in report.pairs:
         if found.count:

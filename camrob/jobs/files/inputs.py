@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,16 @@ from camrob.toolpath.rest import in_clamping, rest_from
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import mm_min_to_m_s, mm_to_m
 
-__all__ = ["CL_SUFFIXES", "JobInputs", "inputs_of", "program_comment", "program_name", "read_inputs", "setup_of"]
+__all__ = [
+    "CL_SUFFIXES",
+    "JobBodies",
+    "JobInputs",
+    "inputs_of",
+    "program_comment",
+    "program_name",
+    "read_inputs",
+    "setup_of",
+]
 
 Array = NDArray[np.float64]
 CL_SUFFIXES = (".cls", ".apt", ".aptsource", ".ncl", ".nc", ".ngc", ".clt")
@@ -38,6 +48,14 @@ _SHOWN = 60  # characters of a name that is refused
 # of a set-up that names none: a milling robot's void moves of 100 mm/s, and a clamp's height above the part
 RAPID_SPEED = mm_min_to_m_s(6000.0)
 CLEARANCE = mm_to_m(50.0)
+
+
+class JobBodies(TypedDict):
+    """Part and stock: triangles (T, 3, 3), m, in the part's frame, None for none, and where that lies, (4, 4)."""
+
+    part_mesh: Array | None
+    stock_mesh: Array | None
+    base_T_part: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +78,11 @@ class JobInputs:
     mounted: tuple[MountedTool, ...]
     urgent: tuple[Finding, ...] = ()
     to_change: bool = False
+
+    @property
+    def bodies(self) -> JobBodies:
+        """What the job puts among its cell's bodies beside a tool, as `check_collisions` and `nearest_bodies` take it."""
+        return JobBodies(part_mesh=self.part, stock_mesh=self.stock, base_T_part=np.asarray(self.setup.base_T_part))
 
     def of_stretch(self, index: int, last: Array | None) -> JobInputs:
         """The job of one stretch of the path; `last`: axis values (axes,) at the end of the one before it."""

@@ -92,11 +92,7 @@ def _touched(inputs: JobInputs, cell: Cell, moving: Sequence[int], values: list[
     q = np.tile(cell.q_home, (len(nodes), 1))
     for column, i in enumerate(moving):
         q[:, i] = values[column][nodes[:, column]]
-    none = np.zeros(len(q), np.int64)
-    report = check_collisions(
-        cell, q, cutting=none.astype(bool), line=none, region=none, part_mesh=inputs.part, stock_mesh=inputs.stock,
-        base_T_part=np.asarray(inputs.setup.base_T_part),
-    )  # fmt: skip
+    report = check_collisions(cell, q, **inputs.bodies)
     hit = np.zeros(size, np.bool_)
     at = np.array(report.hit)
     at[:-1] |= at[1:]

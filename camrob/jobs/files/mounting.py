@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup, ToolSetup
+from camrob.cutting.cutter import Cutter
 from camrob.errors import SetupError
 from camrob.findings import Finding
 from camrob.kinematics.frames import base_T_tool
@@ -18,7 +19,7 @@ from camrob.redundancy.stretches import change_values
 from camrob.toolpath.region import EventKind, Region
 from camrob.units import m_to_mm
 
-__all__ = ["MountedTool", "change_poses", "mounted_loads", "mounted_tools", "one_frame"]
+__all__ = ["MountedTool", "change_poses", "cutter_of", "mounted_loads", "mounted_tools", "one_frame"]
 
 Array = NDArray[np.float64]
 
@@ -107,3 +108,14 @@ def one_frame(mounted: Sequence[MountedTool], setup: Setup, what: str) -> None:
                 hint="give the operations of each tool by themselves",
                 path=setup.path,
             )
+
+
+def cutter_of(tool: ToolSetup, setup: Setup) -> Cutter | None:
+    """The cutter that a tool of a set-up is; None where that does not say its shape. Raises SetupError for a shape of none."""
+    if not tool.diameter or tool.corner is None or not tool.length:
+        return None
+    try:
+        return Cutter(0.5 * tool.diameter, tool.corner, tool.length)
+    except ValueError:
+        what = "has a corner_radius_mm that no cutter has"
+        raise SetupError(what, hint="give half the diameter at most", path=setup.path) from None

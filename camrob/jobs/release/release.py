@@ -165,9 +165,7 @@ def path_collisions(back: ReadBack, inputs: JobInputs, progress: Share) -> Colli
                 cutting=cutting[rows],
                 line=line[rows],
                 region=region[rows],
-                part_mesh=inputs.part,
-                stock_mesh=inputs.stock,
-                base_T_part=np.asarray(inputs.setup.base_T_part),
+                **inputs.bodies,
                 tool=held.tool,
                 progress=part_of(progress, k, len(inputs.mounted)),
             )

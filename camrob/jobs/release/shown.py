@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from camrob.checks.nearest import nearest_bodies
 from camrob.controller.against import Coverage
-from camrob.cutting.cutter import Cutter
 from camrob.cutting.seen import seen_stock
 from camrob.cutting.way import Way
-from camrob.errors import InputError, JobError
+from camrob.errors import InputError, JobError, SetupError
 from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.files.mounting import cutter_of
 from camrob.jobs.files.said_lines import said_lines
 from camrob.jobs.solving.plan_obstacles import collisions_at
 from camrob.program.program_text import ProgramText
@@ -56,9 +56,7 @@ def run_shown(
     nearest = nearest_bodies(
         inputs.mounted[0].cell,
         np.asarray(solution.q)[looked],
-        part_mesh=inputs.part,
-        stock_mesh=inputs.stock,
-        base_T_part=np.asarray(inputs.setup.base_T_part),
+        **inputs.bodies,
         tool=inputs.tool,
     )
     return Run(at, lines, nearest=nearest, nearest_at=looked)
@@ -70,12 +68,12 @@ def stock_shown(inputs: JobInputs, at: Array) -> StockOnPage | None:
     """
     if inputs.stock is None:
         return None
-    tool, path, corner = inputs.tool, inputs.path, inputs.tool.corner
-    known = len(inputs.mounted) == 1 and tool.diameter and tool.length
-    if not known or len(path) > _CARVED or corner is None or corner > min(0.5 * tool.diameter, tool.length):
+    path, cutter = inputs.path, None
+    with suppress(SetupError):  # of no shape that a cutter has
+        cutter = cutter_of(inputs.tool, inputs.setup) if len(inputs.mounted) == 1 else None
+    if cutter is None or len(path) > _CARVED:
         return StockOnPage(inputs.stock, None)
     part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
-    cutter = Cutter(0.5 * tool.diameter, corner, tool.length)
     way = Way.of(part_T_tip[:, :3, 3].copy(), part_T_tip[:, :3, 2].copy(), cutter, tolerance=_OFF)
     try:
         return StockOnPage(inputs.stock, seen_stock(inputs.stock, way.moves, at[way.kept[1:]]))

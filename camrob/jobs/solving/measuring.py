@@ -69,13 +69,7 @@ def plan_measuring(
         )
         order = _tour(cell, home[0], candidates[choice.chosen])
         tour = np.concatenate([home, candidates[choice.chosen][order], home])
-        report = check_collisions(
-            cell,
-            tour,
-            cutting=np.zeros(len(tour), bool),
-            line=np.zeros(len(tour), int),
-            region=np.zeros(len(tour), int),
-        )
+        report = check_collisions(cell, tour)
         if not report.hit.any():
             return _plan(cell, tour, choice.expected, report.checked, exchanged, name)
         # the way to a point was touched: that point or the one before has to go; the return to HOME blames the last

@@ -146,8 +146,6 @@ def collisions_at(
         cutting=cutting,
         line=path.line[point],
         region=path.region[point],
-        part_mesh=inputs.part,
-        stock_mesh=inputs.stock,
-        base_T_part=np.asarray(inputs.setup.base_T_part),
+        **inputs.bodies,
         tool=inputs.tool,
     )

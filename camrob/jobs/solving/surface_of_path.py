@@ -16,9 +16,9 @@ from camrob.cell.setup import Setup
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, of_mesh
 from camrob.cutting.way import Way
-from camrob.errors import InputError
 from camrob.frozen import digest
 from camrob.jobs.files.inputs import JobInputs
+from camrob.jobs.files.mounting import cutter_of
 from camrob.redundancy.accuracy.posture_errors import LeftSurface
 from camrob.se3 import inverse
 
@@ -96,13 +96,9 @@ def _about(tips: Array, axes: Array, radius: float) -> tuple[Array, Array]:
 
 def surface_of_path(inputs: JobInputs) -> SurfaceOfPath | None:
     """The surface that a job's path leaves; None where the set-up does not say the cutter's shape."""
-    tool, setup = inputs.tool, inputs.setup
-    if not tool.diameter or tool.corner is None or not tool.length:
+    setup = inputs.setup
+    cutter = cutter_of(inputs.tool, setup)
+    if cutter is None:
         return None
-    try:
-        cutter = Cutter(0.5 * tool.diameter, tool.corner, tool.length)
-    except ValueError:
-        what = "has a corner_radius_mm that no cutter has"
-        raise InputError(what, hint="give half the diameter at most", path=setup.path) from None
     of = "the stock" if setup.stock else "a block as large as the part" if setup.part else "a block about the path"
     return SurfaceOfPath(cutter, np.asarray(setup.base_T_part), setup, of)
