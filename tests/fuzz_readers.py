@@ -32,7 +32,7 @@ from camrob.cell.read_setup import read_setup
 from camrob.errors import CamrobError
 from camrob.jobs.batching.jobs_file import read_jobs
 from camrob.jobs.derivatives import coordinates_of
-from camrob.jobs.files.solution_program import read_solution
+from camrob.jobs.files.solved_path import read_solution
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.read_log import read_log
 from camrob.redundancy.fuzzy.fis import read_fis

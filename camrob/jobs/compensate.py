@@ -24,7 +24,8 @@ from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.files import staged_output
-from camrob.jobs.files.solution_program import check_feed, is_solution, program_of_solution, save_solution
+from camrob.jobs.files.solution_program import check_feed, program_of_solution
+from camrob.jobs.files.solved_path import is_solution, save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.beside import compensated_manifest, fastest_that_cuts, said_to_be_compensated
@@ -35,6 +36,8 @@ from camrob.jobs.release.compensation import (
     rates_and_violations,
 )
 from camrob.jobs.solving.sought import Sought
+from camrob.kinematics.frames import base_T_tool
+from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.languages import language_of_file
 from camrob.prediction.read_force import read_force
 from camrob.program.motion import Motion
@@ -189,7 +192,7 @@ def _written(
         findings=[*warnings, *work.left],
         machine=work.on_machine,
     )
-    save_solution(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
+    _save_path(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
     page = compensation_report(
         summary,
         PathErrors(
@@ -204,6 +207,21 @@ def _written(
     )
     (folder / f"{work.source.stem}.html").write_text(page, encoding="utf-8")
     return summary, after
+
+
+def _save_path(file: Path, cell: Cell, q: Array, text: ProgramText) -> None:
+    """Write NAME.path.npz of postures (N, n) at the ends of a program's motions."""
+    places = base_T_tool(cell, q)[:, :3, 3]
+    step = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    save_solution(
+        file,
+        cell,
+        q,
+        line=np.asarray(text.line),
+        region=np.zeros(len(q), np.int32),
+        inv_kf=inverse_kf_many(chain_arrays(cell), np.array(q)),
+        length=np.concatenate([[0.0], np.cumsum(step)]),
+    )
 
 
 def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: ProgramText) -> Array:

@@ -16,7 +16,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.controller.replay import replay
 from camrob.errors import InputError, SingularError
-from camrob.jobs.files.npz import read_arrays
+from camrob.jobs.files.solved_path import read_solution
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file, program_suffixes
 from camrob.summaries.feed_summary import DerivativeFigures, KindFigures, PassedBound
@@ -56,21 +56,12 @@ def coordinates_of(file: Path, cell: Cell) -> Coordinates:
             np.asarray(replay(program, cell).q), np.asarray(program.line, np.int64), _PRINTED, file.name
         )
     else:
-        found = Coordinates(*_solved(file), SOLVED, file.name)
-    q = found.q
-    if q.ndim != 2 or q.shape[1] != len(cell) or found.line.shape != (len(q),) or not np.all(np.isfinite(q)):
+        found = Coordinates(*read_solution(file, cell), SOLVED, file.name)
+    if not np.all(np.isfinite(found.q)):
         raise InputError("holds postures of another cell", hint=f"post it for {cell.name}", path=file)
-    if len(np.unique(q, axis=0)) < 8:
+    if len(np.unique(found.q, axis=0)) < 8:
         raise InputError("holds fewer than 8 different postures", hint="give a longer path", path=file)
     return found
-
-
-def _solved(file: Path) -> tuple[Array, NDArray[np.int64]]:
-    hint = "give the NAME.path.npz that camrob post wrote, or a program"
-    q, line = read_arrays(file, "q", "line", hint=hint)
-    if q.dtype.kind != "f" or line.dtype.kind != "i":
-        raise InputError("is not a solved path", hint=hint, path=file)
-    return np.asarray(q, float), np.asarray(line, np.int64)
 
 
 def calibrated(cell: Cell, nominal: Coordinates, calibration: Path) -> Coordinates:

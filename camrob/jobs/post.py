@@ -19,13 +19,13 @@ from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.files import demand_own_name, staged_output
 from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
+from camrob.jobs.files.solved_path import save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.attempt import Made, Order, fit
 from camrob.jobs.release.beside import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.refusal import as_planned, past_limit
-from camrob.jobs.release.saved import save_path
 from camrob.jobs.release.second_side import asking_for_clampings
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
@@ -198,7 +198,7 @@ def _posted(
         raise asking_for_clampings(error, inputs) from None
     programs = _with_entries(order, made, machine, folder, watch)
     files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if asked.report else [])]
-    save_path(folder / f"{title}.path.npz", made.inputs, made.solution, made.feed)
+    _save_path(folder / f"{title}.path.npz", made)
     files += write_upload(folder, title, programs, language_of(machine), machine.controller)
     proved, certificate = None, folder / f"{title}.proof.npz"
     if asked.prove is not None:
@@ -350,6 +350,22 @@ def _check_choices(method: str, feed: str, device: str, seconds: float | None, p
     if feed not in FEEDS:
         raise InputError(f"--feed {feed!r} is unknown", hint=f"use {' or '.join(FEEDS)}")
     check_device(device)
+
+
+def _save_path(file: Path, made: Made) -> None:
+    """Write NAME.path.npz, without the points that a plan put in."""
+    path, solution, cell = made.inputs.path, made.solution, made.inputs.cell
+    own = path.of_toolpath
+    save_solution(
+        file,
+        cell,
+        np.asarray(solution.q)[own],
+        line=path.line[own],
+        region=path.region[own],
+        inv_kf=np.asarray(solution.inv_kf)[own],
+        length=path.length[own],
+        **made.feed.arrays(cell, own),
+    )
 
 
 def _report(file: Path, summary: PostSummary, made: Made) -> None:

@@ -109,7 +109,7 @@ def test_the_command_compares_nominal_and_compensated(tmp_path, capsys):
     files = []
     for name, shift in (("a", 0.0), ("b", 1e-3)):
         files.append(tmp_path / f"{name}.path.npz")
-        np.savez(files[-1], q=q + shift, line=np.arange(297))
+        np.savez(files[-1], q=q + shift, line=np.arange(297), axes=np.array(CELL.names))
     arguments = ["feed", "--cell", str(CELL.folder), "--solution", str(files[0]), "--compensated", str(files[1])]
     assert run([*arguments, "--out", str(tmp_path / "out"), "--axis", "A3"]) == 0
     assert "compensated" in (tmp_path / "out" / "feed.html").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camrob.findings import Finding
-from camrob.jobs.files.solution_program import stem_of
+from camrob.jobs.files.solved_path import stem_of
 from camrob.jobs.files.summary_file import said_in
 from camrob.jobs.release.opinion import finding_of
 from camrob.jobs.release.upload import SUFFIX
