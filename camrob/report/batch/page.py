@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from camrob.report.page.html import duration, escape, number, page
-from camrob.report.page.parts import card_row, section, table, verdict_bar
+from camrob.report.page.parts import card_row, page_body, section, table, verdict_bar
 from camrob.report.words import JOB_STATUS, many, shown_paths
 from camrob.summaries.batch_summary import BatchSummary, JobFigures
 
@@ -24,17 +24,14 @@ def batch_report(summary: BatchSummary, folder: Path) -> str:
     names = dict(zip([j.index for j in summary.jobs], shown_paths([j.input for j in summary.jobs]), strict=True))
     rows = [_row(job, names[job.index], folder) for job in summary.jobs]
     heads = ("job", "points", "lowest 1/k_F", "least to a limit, deg or mm", "time", "warnings", "took")
-    body = "\n".join(
-        [
-            "<main>",
-            f"<header><h1>{many(len(summary.jobs), 'job')}</h1></header>",
-            _verdict(summary),
-            _failures(summary, names),
-            card_row(_cards(summary, names)),
-            section("All jobs", table(heads, rows, left=1)),
-            "<footer>Made by camrob. Each job is judged by itself, as its own command would; reports open from the folders that "
-            "the jobs wrote them to.</footer></main>",
-        ]
+    body = page_body(
+        many(len(summary.jobs), "job"),
+        "",
+        _verdict(summary),
+        _failures(summary, names),
+        card_row(_cards(summary, names)),
+        section("All jobs", table(heads, rows, left=1)),
+        note="Each job is judged by itself, as its own command would; reports open from the folders that the jobs wrote them to.",
     )
     return page("camrob batch", body, {"names": {}})
 

@@ -11,7 +11,7 @@ from camrob.calibration.pose_by_pose import CalibrationEvidence
 from camrob.report.calibration.charts import STAGES, calibration_charts, correlation_section
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, figure, section, table, verdict_bar
+from camrob.report.page.parts import card_row, figure, page_body, section, table, verdict_bar
 from camrob.summaries.calibration_summary import CalibrationFigures, CalibrationSummary, ErrorFigures, MeasuringFigures
 from camrob.units import m_to_mm
 
@@ -44,27 +44,24 @@ def calibration_report(
     place = {c["id"]: figure(c) for c in drawn}
     poses = [html for name, html in place.items() if name.startswith(("spread-", "poses-"))]
     files = ", ".join(log.file for log in found.logs)
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>Calibration of {escape(found.cell)}</h1><p class="made">from {escape(files)}</p></header>',
-            _verdict(found, evidence),
-            _cards(found, evidence),
-            _warnings(found),
-            _published(published, source),
-            *(chart_section(c) for c in charts),
-            _errors(found, evidence),
-            *poses,
-            place["parameters"],
-            _parameters(found),
-            place["singular"],
-            _identifiable(found),
-            correlation_section(evidence),
-            place["remaining"],
-            _remaining(found, evidence),
-            _next(summary.next),
-            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"Calibration of {escape(found.cell)}",
+        f"from {escape(files)}",
+        _verdict(found, evidence),
+        _cards(found, evidence),
+        _warnings(found),
+        _published(published, source),
+        *(chart_section(c) for c in charts),
+        _errors(found, evidence),
+        *poses,
+        place["parameters"],
+        _parameters(found),
+        place["singular"],
+        _identifiable(found),
+        correlation_section(evidence),
+        place["remaining"],
+        _remaining(found, evidence),
+        _next(summary.next),
     )
     data: dict[str, Any] = {"names": {}}
     data["charts"] = [{k: c[k] for k in ("id", "traces", "layout", "ruler")} for c in drawn]

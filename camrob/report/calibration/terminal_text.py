@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_text
 from camrob.summaries.calibration_summary import CalibrationSummary, PublishedFigure
 from camrob.summaries.compensate_summary import CompensateSummary, OnDiagnosedMachine
@@ -23,20 +24,13 @@ _STAGES = {
 _DECIMALS = {"mm": 4, "deg": 5}  # 0.1 micrometres, and 0.2 of them at a radius of 1 m
 
 
-def _table(*columns: str) -> Table:
-    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
-    for k, column in enumerate(columns):
-        table.add_column(column, justify="left" if k == 0 else "right")
-    return table
-
-
 def _value(value: float | None, decimals: int) -> str:
     return "-" if value is None else f"{value:.{decimals}f}"
 
 
 def _errors(rows: Iterable[tuple[str, int, Sequence[float | None]]]) -> Table:
     """Names, poses, and errors: mean, 95 % and worst in mm, mean and worst in degrees."""
-    table = _table("errors", "poses", "mean mm", "95 % mm", "worst mm", "mean deg", "worst deg")
+    table = columns("errors", "poses", "mean mm", "95 % mm", "worst mm", "mean deg", "worst deg", left=("errors",))
     for name, poses, values in rows:
         table.add_row(name, str(poses), *(_value(value, 4) for value in values))
     return table
@@ -48,7 +42,7 @@ def _warnings(warnings: Sequence[Remark]) -> list[RenderableType]:
 
 def _published(rows: Sequence[PublishedFigure]) -> Table:
     """A paper's figures beside ours."""
-    table = _table("", "published", "ours")
+    table = columns("", "published", "ours", left=("",))
     for row in rows:
         table.add_row(row.what, row.published, row.ours)
     return table
@@ -61,7 +55,7 @@ def render_calibration(summary: CalibrationSummary) -> RenderableType:
         name, _, part = stage.partition("/")
         values = (size.mean_mm, size.p95_mm, size.max_mm, size.mean_deg, size.max_deg)
         rows.append((f"{_STAGES.get(name, name)}, {part}", size.poses, values))
-    parameters = _table("parameter", "value", "+-", "")
+    parameters = columns("parameter", "value", "+-", "", left=("parameter",))
     for p in found.parameters:
         decimals = _DECIMALS.get(p.unit)
         shown = [f"{v:.{decimals}f}" if decimals else f"{v:.3g}" for v in (p.value, p.std)]
@@ -124,7 +118,8 @@ def _on_machine(found: OnDiagnosedMachine | None) -> list[RenderableType]:
     """Off the path on the machine as diagnosed, before and after."""
     if found is None:
         return []
-    grid = _table("off the path, machine as diagnosed", "rms mm", "95 % mm", "worst mm")
+    of = "off the path, machine as diagnosed"
+    grid = columns(of, "rms mm", "95 % mm", "worst mm", left=(of,))
     for name, size in found.steps():
         grid.add_row(name, *(f"{v:.4f}" for v in (size.rms_mm, size.p95_mm, size.max_mm)))
     more = (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.report.diagnosis.sentences import compensable_text, plain_name, sentence
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, framed, section, table, verdict_bar
+from camrob.report.page.parts import card_row, framed, page_body, section, table, verdict_bar
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
 from camrob.summaries.compensate_summary import CompensateSummary
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
@@ -37,19 +37,15 @@ def ledger_report(
     what was said of each that was diagnosed; corrected: and of each whose program was compensated.
     """
     charts = [_chart(ledger), _along_chart(ledger, seen)] if seen else []
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>The loop of {escape(ledger.toolpath)}</h1><p class="made">on the cell '
-            f"<b>{escape(ledger.cell)}</b></p></header>",
-            _verdict(ledger),
-            _cards(ledger),
-            *(chart_section(c) for c in charts),
-            _turns(ledger),
-            *(_turn(ledger, t, understood.get(t.turn), corrected.get(t.turn + 1)) for t in ledger.turns),
-            "<footer>Made by camrob. Measured figures include the instrument's noise; predicted ones include neither noise nor "
-            "what stays unexplained. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"The loop of {escape(ledger.toolpath)}",
+        f"on the cell <b>{escape(ledger.cell)}</b>",
+        _verdict(ledger),
+        _cards(ledger),
+        *(chart_section(c) for c in charts),
+        _turns(ledger),
+        *(_turn(ledger, t, understood.get(t.turn), corrected.get(t.turn + 1)) for t in ledger.turns),
+        note="Measured figures include the instrument's noise; predicted ones include neither noise nor what stays unexplained.",
     )
     return page(f"The loop of {ledger.toolpath}", body, {"names": {}, "charts": chart_data(charts)})
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from camrob.report.diagnosis.sentences import plain_name
+from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_text
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary
 
@@ -15,10 +15,8 @@ __all__ = ["render_ledger"]
 
 def render_ledger(summary: CloseLoopSummary) -> RenderableType:
     """The turns side by side, how the loop stands, and what to do next."""
-    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
-    for title in ("turn", "program", "predicted rms", "measured rms", "95 %", "worst", "found"):
-        left = title in ("program", "found")
-        table.add_column(title, justify="left" if left else "right", overflow="fold")
+    headings = ("turn", "program", "predicted rms", "measured rms", "95 %", "worst", "found")
+    table = columns(*headings, left=("program", "found"), fold=True)
     for turn in summary.turns:
         size = turn.measured
         table.add_row(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, section, table, verdict_bar
+from camrob.report.page.parts import card_row, page_body, section, table, verdict_bar
 from camrob.summaries.compensate_summary import CompensateSummary, OnDiagnosedMachine, Violations
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 from camrob.units import m_to_mm, rad_to_deg
@@ -52,23 +52,19 @@ def compensation_report(
     """The page as text. analyses: the paper's section III, before and after, None for a program too short for it."""
     along = [*_errors_along(path), _corrections_along(path)]
     rates = [] if analyses is None else [_rates(analyses)]
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>Compensation of {escape(summary.program)}</h1><p class="made">for the cell '
-            f"<b>{escape(summary.cell)}</b>, {escape(_source(summary))}</p></header>",
-            _verdict(summary),
-            _cards(summary),
-            _left(summary),
-            _on_machine(summary),
-            _errors(summary),
-            *(chart_section(c) for c in along),
-            _axes(summary),
-            _derivatives(summary),
-            *(chart_section(c) for c in rates),
-            "<footer>Made by camrob. Errors are those of the calibrated chain; what the robot truly does is measured, not "
-            "computed. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"Compensation of {escape(summary.program)}",
+        f"for the cell <b>{escape(summary.cell)}</b>, {escape(_source(summary))}",
+        _verdict(summary),
+        _cards(summary),
+        _left(summary),
+        _on_machine(summary),
+        _errors(summary),
+        *(chart_section(c) for c in along),
+        _axes(summary),
+        _derivatives(summary),
+        *(chart_section(c) for c in rates),
+        note="Errors are those of the calibrated chain; what the robot truly does is measured, not computed.",
     )
     charts = [{**c, "ruler": "motion"} for c in chart_data(along)] + [{**c, "ruler": "s"} for c in chart_data(rates)]
     for chart in charts:

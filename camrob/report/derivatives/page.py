@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_pair, chart_section
-from camrob.report.page.parts import chooser, section, table, verdict_bar
+from camrob.report.page.parts import chooser, page_body, section, table, verdict_bar
 from camrob.report.page.statements import Statement, statements_section
 from camrob.timing.derivative_analysis import DerivativeAnalysis
 
@@ -52,24 +52,19 @@ def derivative_report(
     """
     figures = {(axis, kind): _figure(kind, both, axis) for axis in axes for kind, both in analyses.items()}
     rates = [_rates(kind, both) for kind, both in analyses.items()]
-    body = "\n".join(
-        [
-            "<main>",
-            f"<h1>Speed, acceleration and jerk of the axes along the path</h1><p class='made'>{escape(cell.title)}; "
-            f"{escape(source)}. s: the way of all axes together, rad</p>",
-            _verdict(analyses, rate, place),
-            statements_section(statements) if statements else "",
-            *(_table(kind, both, rate, place) for kind, both in analyses.items()),
-            chooser(
-                "Curves axis by axis (Figure 1)",
-                {"axis": axes, "between points": list(analyses)},
-                {words: "".join(map(chart_pair, _pairs(charts))) for words, charts in figures.items()},
-                f'<p class="caption">{_DOTTED}</p>',
-            ),
-            *(chart_section(chart) for chart in rates),
-            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer>",
-            "</main>",
-        ]
+    body = page_body(
+        "Speed, acceleration and jerk of the axes along the path",
+        f"{escape(cell.title)}; {escape(source)}. s: the way of all axes together, rad",
+        _verdict(analyses, rate, place),
+        statements_section(statements) if statements else "",
+        *(_table(kind, both, rate, place) for kind, both in analyses.items()),
+        chooser(
+            "Curves axis by axis (Figure 1)",
+            {"axis": axes, "between points": list(analyses)},
+            {words: "".join(map(chart_pair, _pairs(charts))) for words, charts in figures.items()},
+            f'<p class="caption">{_DOTTED}</p>',
+        ),
+        *(chart_section(chart) for chart in rates),
     )
     every = [*(chart for charts in figures.values() for chart in charts), *rates]
     return page("Speed, acceleration and jerk of the axes", body, {"names": {}, "charts": chart_data(every)})

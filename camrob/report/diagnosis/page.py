@@ -27,7 +27,7 @@ from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, page
-from camrob.report.page.parts import card_row, chart_box, section, table
+from camrob.report.page.parts import card_row, chart_box, page_body, section, table, verdict_bar
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import s_to_ms
 
@@ -49,31 +49,29 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
     rest = rest_charts(summary)
     stays, what = residual_chart(summary.gap, paths), "poses" if paths and all(p.poses for p in paths) else "path"
-    body = "\n".join(
-        [
-            "<main>",
-            _head(summary),
-            _cards(summary),
-            _unexplained(summary),
-            _to_do(summary),
-            next_section(summary),
-            section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
-            section(
-                "Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, [*places[-2:], *rest])
-            ),
-            _instrument(summary),
-            _missing(summary),
-            _causes(summary),
-            _shrunk(summary, shrunk),
-            *(section(str(c["title"]), _chart(c)) for c in along[:1]),
-            _residual(summary, stays),
-            drives_section(summary),
-            *place_sections(summary, paths),
-            timing_section(summary),
-            *(section(str(c["title"]), _chart(c)) for c in along[1:]),
-            "<footer>Made by camrob. Shrinkage is measured on samples that took no part in choosing or fitting; the pictures "
-            "show those. This page loads nothing and sends nothing.</footer></main>",
-        ]
+    word, level = verdict(summary)
+    said = " ".join(one for one in (sentence(summary), reading_text(summary)) if one)
+    body = page_body(
+        f"Diagnosis of {escape(summary.cell)}",
+        escape(_made_from(summary)),
+        verdict_bar(level, escape(word), escape(said)),
+        _cards(summary),
+        _unexplained(summary),
+        _to_do(summary),
+        next_section(summary),
+        section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
+        section("Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, [*places[-2:], *rest])),
+        _instrument(summary),
+        _missing(summary),
+        _causes(summary),
+        _shrunk(summary, shrunk),
+        *(section(str(c["title"]), _chart(c)) for c in along[:1]),
+        _residual(summary, stays),
+        drives_section(summary),
+        *place_sections(summary, paths),
+        timing_section(summary),
+        *(section(str(c["title"]), _chart(c)) for c in along[1:]),
+        note="Shrinkage is measured on samples that took no part in choosing or fitting; the pictures show those.",
     )
     charts = [*places, *rest, *shrunk, *along, stays]
     data = {"names": {}, "clouds": [cloud.data() for cloud in space]}
@@ -123,17 +121,11 @@ def _bullets(words: Sequence[str]) -> str:
     return f"<ul>{''.join(f'<li>{escape(w)}</li>' for w in words)}</ul>" if words else ""
 
 
-def _head(summary: DiagnosisSummary) -> str:
+def _made_from(summary: DiagnosisSummary) -> str:
+    """The logs, and what else the diagnosis went by."""
     logs, without = ", ".join(summary.logs), ", ".join(summary.without)
-    word, level = verdict(summary)
-    said = " ".join(one for one in (sentence(summary), reading_text(summary)) if one)
     taken = f" Taken out of the library: {without}." if without else ""
-    made = f"Diagnosed: {logs}. Withheld: {summary.together.withheld}.{taken}"
-    return (
-        f"<header><h1>Diagnosis of {escape(summary.cell)}</h1>"
-        f'<p class="made">{escape(made)}</p></header>'
-        f'<div class="verdict {level}"><strong>{escape(word)}</strong> <span>{escape(said)}</span></div>'
-    )
+    return f"Diagnosed: {logs}. Withheld: {summary.together.withheld}.{taken}"
 
 
 def _cards(summary: DiagnosisSummary) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import TABLE, TABLE_END
+from camrob.report.page.parts import TABLE, TABLE_END, page_body
 from camrob.report.page.statements import Statement, statements_section, statements_verdict
 from camrob.studies.weld_study import Scheme, WeldStudy
 from camrob.units import m_to_mm
@@ -122,20 +122,16 @@ def _equations(study: WeldStudy) -> tuple[Statement, ...]:
 def weld_report(cell: Cell, study: WeldStudy) -> str:
     """The page as text."""
     charts, said = _charts(cell, study), weld_statements(cell, study)
-    body = "\n".join(
-        [
-            "<main>",
-            f"<h1>Feed, time and torque on the weld seam</h1><p class='made'>{escape(cell.title)}; seam, limits and lengths as "
-            "printed by Duong and others (2020); centres of mass, inertias and the torch's frame are assumed.</p>",
-            statements_verdict(said),
-            statements_section(said),
-            _schemes(study.schemes),
-            *(chart_section(chart) for chart in charts),
-            _loads(cell, study),
-            _tools(cell, study),
-            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer>",
-            "</main>",
-        ]
+    body = page_body(
+        "Feed, time and torque on the weld seam",
+        f"{escape(cell.title)}; seam, limits and lengths as printed by Duong and others (2020); centres of mass, inertias and "
+        "the torch's frame are assumed.",
+        statements_verdict(said),
+        statements_section(said),
+        _schemes(study.schemes),
+        *(chart_section(chart) for chart in charts),
+        _loads(cell, study),
+        _tools(cell, study),
     )
     return page("Feed, time and torque on the weld seam", body, {"names": {}, "charts": chart_data(charts)})
 

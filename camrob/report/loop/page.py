@@ -13,7 +13,7 @@ from camrob.report.loop.charts import tracker_charts
 from camrob.report.loop.sentences import Comparison, reduction, tracker_comparisons
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import chart_section
-from camrob.report.page.parts import TABLE, TABLE_END, verdict_bar
+from camrob.report.page.parts import TABLE, TABLE_END, page_body, verdict_bar
 from camrob.studies.loop_study import TrackerStudy, Variant
 from camrob.units import m_to_mm, m_to_um, rad_to_deg, s_to_ms
 
@@ -26,26 +26,21 @@ def tracker_report(cell: Cell, study: TrackerStudy) -> str:
     """The page as text."""
     charts = tracker_charts(study)
     law = study.case.law
-    body = "\n".join(
-        [
-            "<main>",
-            f"<h1>The tracker loop: dynamic accuracy under a laser tracker</h1><p class='made'>{escape(cell.title)}; law, feed, "
-            f"cycle and tests as published: K = {law.gain:g} every {s_to_ms(law.cycle_s):g} ms. A simulation: the "
-            "paper gives no error sizes of the robot's parts, so these are assumed, and tuned where a row says so.</p>",
-            _verdict(study),
-            _comparisons(tracker_comparisons(study)),
-            _axes(study),
-            *(chart_section(chart, int(data["layout"]["height"])) for chart, data in charts[:6]),
-            _better(study),
-            *(chart_section(chart, int(data["layout"]["height"])) for chart, data in charts[6:]),
-            _lags(cell, study),
-            _latencies(study),
-            _needs(study),
-            _sensitivity(study),
-            _assumed(study),
-            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer>",
-            "</main>",
-        ]
+    body = page_body(
+        "The tracker loop: dynamic accuracy under a laser tracker",
+        f"{escape(cell.title)}; law, feed, cycle and tests as published: K = {law.gain:g} every {s_to_ms(law.cycle_s):g} ms. A "
+        "simulation: the paper gives no error sizes of the robot's parts, so these are assumed, and tuned where a row says so.",
+        _verdict(study),
+        _comparisons(tracker_comparisons(study)),
+        _axes(study),
+        *(chart_section(chart, int(data["layout"]["height"])) for chart, data in charts[:6]),
+        _better(study),
+        *(chart_section(chart, int(data["layout"]["height"])) for chart, data in charts[6:]),
+        _lags(cell, study),
+        _latencies(study),
+        _needs(study),
+        _sensitivity(study),
+        _assumed(study),
     )
     return page("The tracker loop", body, {"names": {}, "charts": [data for _chart, data in charts]})
 

@@ -9,6 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_text
 from camrob.summaries.tracker_summary import TrackerSummary
 from camrob.units import m_to_um, mm_to_m
@@ -31,9 +32,8 @@ def render_tracker(summary: TrackerSummary) -> RenderableType:
 
 
 def _published(summary: TrackerSummary) -> Table:
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for heading in ("", "published", "ours, in simulation", ""):
-        table.add_column(heading)
+    headings = ("", "published", "ours, in simulation", "")
+    table = columns(*headings, left=headings)
     for row in summary.published:
         table.add_row(*(Text(text) for text in (row.what, row.published, row.found, row.kind)))
     return table

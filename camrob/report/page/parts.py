@@ -18,6 +18,7 @@ __all__ = [
     "chooser",
     "figure",
     "framed",
+    "page_body",
     "section",
     "table",
     "verdict_bar",
@@ -26,11 +27,22 @@ __all__ = [
 TABLE, TABLE_END = '<div class="scroll whole"><table>', "</table></div>"
 """A table's begin and end, for those that are written cell by cell: it scrolls where it is wider than the page."""
 
+_COMPLETE = "This page is complete in itself: it loads nothing and sends nothing."
 _TAG = re.compile(r"<[^>]*>")
 _LONGEST_NUMBER = 26  # characters as read: a number with its unit and its spread, such as "-1,234.567 ± 0.123 mm/s"
 _LONGEST_RANGE = 44  # of a cell that begins as a number, such as "0.368 mm (0.319 mm to 0.425 mm)"
 _WHOLE = 40  # rows: so many are shown at once, where more are scrolled through
 _BEGINS_AS_NUMBER = re.compile(r"(under |over )?[-−+±]?\d")
+
+
+def page_body(title: str, made: str, *parts: str, note: str = "") -> str:
+    """The body of a page: its title, what that is of or made from, its parts from top to bottom (all HTML, "" for a part that has
+    nothing to show), and below them a note and who made it.
+    """
+    below = f'<p class="made">{made}</p>' if made else ""
+    said = f"{note} {_COMPLETE}" if note else _COMPLETE
+    head, foot = f"<header><h1>{title}</h1>{below}</header>", f"<footer>Made by camrob. {said}</footer>"
+    return "\n".join(["<main>", head, *parts, f"{foot}</main>"])
 
 
 def verdict_bar(level: str, word: str, text: str) -> str:

@@ -17,7 +17,16 @@ from camrob.report.page.pack import packed_floats, packed_integers
 from camrob.report.page.thinning import curve_indices
 from camrob.units import m_s_to_mm_min, m_to_mm, rad_to_deg
 
-__all__ = ["Along", "Chart", "axis_chart", "axis_limits", "conditioning_chart", "external_chart", "feed_chart"]
+__all__ = [
+    "Along",
+    "Chart",
+    "axis_chart",
+    "axis_limits",
+    "conditioning_chart",
+    "external_chart",
+    "feed_chart",
+    "shown_charts",
+]
 
 Array = NDArray[np.float64]
 Chart = dict[str, Any]
@@ -129,6 +138,13 @@ class Along:
             }
             for region, first, last in runs
         ]
+
+
+def shown_charts(*candidates: tuple[str, str, Chart | None, str]) -> list[Chart]:
+    """Those that have something to show, of charts with an id, a title and a caption (HTML) each: (id, title, chart, caption)."""
+    return [
+        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
+    ]
 
 
 def _short(name: str, most: int = 22) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import section, table, verdict_bar
+from camrob.report.page.parts import page_body, section, table, verdict_bar
 from camrob.summaries.place_summary import Placement, PlaceSummary
 
 __all__ = ["place_report"]
@@ -11,17 +11,13 @@ __all__ = ["place_report"]
 
 def place_report(summary: PlaceSummary, picture: str) -> str:
     """The page as text; picture: the map, SVG of our own."""
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>Where to put {escape(summary.program)}</h1><p class="made">on the cell '
-            f"<b>{escape(summary.cell)}</b></p></header>",
-            _verdict(summary),
-            _trials(summary),
-            section("The map", f'<div style="overflow:auto">{picture}</div>', _caption(summary)),
-            _refused(summary),
-            "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"Where to put {escape(summary.program)}",
+        f"on the cell <b>{escape(summary.cell)}</b>",
+        _verdict(summary),
+        _trials(summary),
+        section("The map", f'<div style="overflow:auto">{picture}</div>', _caption(summary)),
+        _refused(summary),
     )
     return page(f"Where to put {summary.program}", body, {"names": {}})
 

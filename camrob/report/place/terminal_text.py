@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_number, shown_text
 from camrob.summaries.place_summary import Placement, PlaceSummary
 
@@ -19,9 +19,8 @@ def render_place(summary: PlaceSummary) -> RenderableType:
     else:
         values = ", ".join(f"{value:g}" for value in summary.best.part_in_base)
         head = Text(f"Better here: part_in_base = [{values}]", style="bold green")
-    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
-    for k, column in enumerate(("followed", "1/k_F mean", "lowest", "clearance mm", "part_in_base")):
-        table.add_column(column, justify="left" if k in (0, 4) else "right")
+    headings = ("followed", "1/k_F mean", "lowest", "clearance mm", "part_in_base")
+    table = columns(*headings, left=("followed", "part_in_base"))
     rows = [("as it is", summary.now)]
     rows += [] if summary.stays else [("proposed", summary.best)]
     for name, placement in [*rows, *(("another", other) for other in summary.others)]:

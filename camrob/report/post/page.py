@@ -16,8 +16,16 @@ from camrob.redundancy.published.equilibrium import Equilibrium
 from camrob.redundancy.redundancy_map import RedundancyMap
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, page, plot_text
-from camrob.report.page.parts import chart_place
-from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
+from camrob.report.page.parts import chart_place, page_body
+from camrob.report.page.path_charts import (
+    Along,
+    Chart,
+    axis_chart,
+    conditioning_chart,
+    external_chart,
+    feed_chart,
+    shown_charts,
+)
 from camrob.report.page.statements import Statement, statements_section
 from camrob.report.page.stock import StockOnPage
 from camrob.report.page.timeline import Run
@@ -27,7 +35,7 @@ from camrob.report.post.map_section import map_chart
 from camrob.report.post.paper_section import paper_statements
 from camrob.report.post.plan_section import plan_section
 from camrob.report.post.player_section import player_section
-from camrob.report.post.sections import cards, headline, regions_table, verdict, warnings_table
+from camrob.report.post.sections import cards, made_from, regions_table, verdict, warnings_table
 from camrob.report.post.weights_section import weights_along, weights_chart
 from camrob.summaries.post_summary import PostSummary
 
@@ -37,10 +45,9 @@ Array = NDArray[np.float64]
 
 _BANDS = "Tinted stretches are the regions; what lies between them is travel through air."
 _NO_BANDS = "There are too many regions to tint: hover over a curve to see where it is."
-_FOOTER = (
-    "<footer>Made by camrob. This page is complete in itself: it loads nothing and sends nothing. "
+_NOTE = (
     "k<sub>F</sub> is the condition number of the bare arm's Jacobian at the mounting plate (Frobenius norm, "
-    "lengths divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture.</footer>"
+    "lengths divided by the characteristic length): 1/k<sub>F</sub> is 0 in a singular posture."
 )
 _LINKED = "Zoom in one chart and all follow; click in a chart to bring the robot of the 3D view there."
 
@@ -62,7 +69,6 @@ class _Posted(NamedTuple):
 
 # the page from top to bottom: each entry gives its HTML, "" where it has nothing to show
 _SECTIONS: tuple[Callable[[_Posted], str], ...] = (
-    lambda p: headline(p.summary, p.cell),
     lambda p: verdict(p.summary, p.findings),
     lambda p: warnings_table(p.findings, p.names),
     lambda p: cards(p.summary, p.cell, p.path, threshold=p.cell.resolve.threshold),
@@ -73,7 +79,6 @@ _SECTIONS: tuple[Callable[[_Posted], str], ...] = (
     lambda p: plan_section(p.summary.plan),
     lambda p: statements_section(p.statements) if p.statements else "",
     lambda p: regions_table(p.summary, p.path, p.solution, threshold=p.cell.resolve.threshold),
-    lambda p: _FOOTER,
 )
 
 
@@ -138,7 +143,8 @@ def post_report(
         "charts": [{key: c[key] for key in ("id", "traces", "layout", "maps") if key in c} for c in charts],
         "scene": scene,
     }
-    body = "\n".join(["<main>", *(section(posted) for section in _SECTIONS), "</main>"])
+    parts = (section(posted) for section in _SECTIONS)
+    body = page_body(escape(summary.program), made_from(summary, cell), *parts, note=_NOTE)
     return page(f"{summary.program}: report", body, data)
 
 
@@ -163,7 +169,7 @@ def _charts(
     bands = _BANDS if along.banded else _NO_BANDS
     compared = " Dotted: the same path resolved in other ways, for comparison." if comparison else ""
     limited = "" if bound is None else " Dashed green: the best that any posture reaches at each point."
-    candidates: list[tuple[str, str, Chart | None, str]] = [
+    return shown_charts(
         (
             "conditioning",
             "How well conditioned the arm is: 1/k<sub>F</sub>",
@@ -185,10 +191,7 @@ def _charts(
             "Look for smooth curves while cutting. A step between regions is a posture revision: table and track move "
             f"while the cutter keeps its pose in the part. {bands}",
         ),
-    ]
-    return [
-        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
-    ]
+    )
 
 
 def _map(
@@ -198,7 +201,7 @@ def _map(
         return []
     chart, caption = map_chart(cell, Along.of(path, names), solution, found, threshold=cell.resolve.threshold)
     title = "The map of the redundancy: what the spare freedoms could have been"
-    return [{"id": "map", "title": title, "caption": caption, **chart}]
+    return shown_charts(("map", title, chart, caption))
 
 
 def _weights(cell: Cell, path: ToolPathInBase, names: Mapping[int, str], found: Equilibrium | None) -> list[Chart]:
@@ -207,7 +210,7 @@ def _weights(cell: Cell, path: ToolPathInBase, names: Mapping[int, str], found: 
         return []
     chart, caption = weights_chart(cell, Along.of(path, names), path, found)
     title = f"Weights of the reference posture, by {escape(cell.resolve.joint_engine.file)}"
-    return [{"id": "weights", "title": title, "caption": caption, **chart}]
+    return shown_charts(("weights", title, chart, caption))
 
 
 def _motion_charts(
@@ -220,7 +223,7 @@ def _motion_charts(
     """Feed and torques."""
     along = Along.of(path, names)
     bands = _BANDS if along.banded else _NO_BANDS
-    candidates: list[tuple[str, str, Chart | None, str]] = [
+    return shown_charts(
         (
             "feed",
             "Feed",
@@ -234,7 +237,4 @@ def _motion_charts(
             None if torques is None else torque_chart(cell, along, *torques),
             f"Solid: with the motion while cutting; dotted: gravity alone, as in air. {bands}",
         ),
-    ]
-    return [
-        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
-    ]
+    )

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rich.console import RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from camrob.report.post.plan_section import bound_text, gap_text, travel_unit
+from camrob.report.terminal.tables import columns
 from camrob.summaries.post_summary import AccuracyFigures, PlanFigures
 
 __all__ = ["accuracy_text", "plan_lines"]
@@ -34,11 +34,8 @@ def plan_lines(plan: PlanFigures | None) -> Iterator[RenderableType]:
     yield Text("")
     yield Text(f"Plan: {plan.chosen}, {plan.rule}", style="bold")
     keys = list(plan.curve[0].travel) if plan.curve else []
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    table.add_column("")
-    table.add_column("plan")
-    for heading in ("1/k_F mean", "lowest", "% of bound", *(f"{a} {u}" for a, u in map(travel_unit, keys))):
-        table.add_column(heading, justify="right")
+    travels = (f"{axis} {unit}" for axis, unit in map(travel_unit, keys))
+    table = columns("", "plan", "1/k_F mean", "lowest", "% of bound", *travels, left=("", "plan"))
     for point in plan.curve:
         taken = point.name == plan.chosen
         moved = [f"{point.travel.get(key, 0.0):,.0f}" for key in keys]

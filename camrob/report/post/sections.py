@@ -18,7 +18,7 @@ from camrob.report.words import many
 from camrob.summaries.post_summary import PostSummary
 from camrob.units import m_to_mm
 
-__all__ = ["cards", "headline", "regions_table", "verdict", "warnings_table"]
+__all__ = ["cards", "made_from", "regions_table", "verdict", "warnings_table"]
 
 _METHODS = {"vjm": "virtual-joint method (as published)", "planned": "planned postures"}
 _RANK = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
@@ -27,15 +27,14 @@ _MOST_WARNINGS = 200  # as many as somebody reads; the JSON has all
 _NEAREST = 3  # as many as a card has room for
 
 
-def headline(summary: PostSummary, cell: Cell) -> str:
-    """The title and what was made from what."""
+def made_from(summary: PostSummary, cell: Cell) -> str:
+    """What was made from what, and how (HTML)."""
     source, method = summary.source, summary.method
     return (
-        f"<h1>{escape(summary.program)}</h1>\n"
-        f'<p class="made">Program made from <b>{escape(source.file)}</b> ({escape(source.dialect)}, {escape(source.units)}) '
+        f"Program made from <b>{escape(source.file)}</b> ({escape(source.dialect)}, {escape(source.units)}) "
         f"for the cell <b>{escape(cell.name)}</b>: {escape(cell.title)}. "
         f"Redundancy resolved by <b>{escape(_METHODS.get(method, method))}</b>. "
-        f"Source SHA-256 <code>{escape(source.sha256[:16])}…</code></p>"
+        f"Source SHA-256 <code>{escape(source.sha256[:16])}…</code>"
     )
 
 

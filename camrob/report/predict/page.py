@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import card_row, figure, section, table, verdict_bar
+from camrob.report.page.parts import card_row, figure, page_body, section, table, verdict_bar
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictedForce, PredictSummary
 from camrob.units import m_to_mm
 
@@ -42,24 +42,20 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
     )
     if summary.meant:
         known += f", held to what <b>{escape(summary.meant)}</b> asks for"
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>The part that {escape(summary.program)} would cut</h1><p class="made">on the cell '
-            f"<b>{escape(summary.cell)}</b>, by {known}</p></header>",
-            _verdict(summary),
-            _cards(summary),
-            section("The part, coloured by its error", picture.html(), _TURN),
-            _part(summary.part),
-            _holder(summary.holder),
-            _places(summary),
-            _causes(summary),
-            _force(summary.force),
-            figure(spread),
-            _left_out(summary),
-            "<footer>Made by camrob. A prediction: what the machine truly does is measured, not computed. This page is complete "
-            "in itself: it loads nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"The part that {escape(summary.program)} would cut",
+        f"on the cell <b>{escape(summary.cell)}</b>, by {known}",
+        _verdict(summary),
+        _cards(summary),
+        section("The part, coloured by its error", picture.html(), _TURN),
+        _part(summary.part),
+        _holder(summary.holder),
+        _places(summary),
+        _causes(summary),
+        _force(summary.force),
+        figure(spread),
+        _left_out(summary),
+        note="A prediction: what the machine truly does is measured, not computed.",
     )
     charts = [{k: spread[k] for k in ("id", "traces", "layout", "own")}]
     data = {"names": {}, "clouds": [picture.data()], "charts": charts}

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_text
 from camrob.summaries.predict_summary import HolderMeets, PredictSummary
 
@@ -27,9 +27,7 @@ def render_prediction(summary: PredictSummary) -> RenderableType:
         parts.append(shown_text(held))
     named = [f"{name.replace('_', ' ')} {rms:.3f}" for name, rms in list(summary.causes.items())[:_CAUSES]]
     parts.append(shown_text(f"causes, rms mm: {', '.join(named)}"))
-    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
-    for k, column in enumerate(("largest cause", "line", "error mm", "x mm", "y mm", "z mm")):
-        table.add_column(column, justify="left" if k == 0 else "right")
+    table = columns("largest cause", "line", "error mm", "x mm", "y mm", "z mm", left=("largest cause",))
     for place in summary.places[:_PLACES]:
         at = (f"{v:.1f}" for v in (place.x_mm, place.y_mm, place.z_mm))
         table.add_row(place.cause.replace("_", " "), str(place.line), f"{place.deviation_mm:+.3f}", *at)

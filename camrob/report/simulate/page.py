@@ -11,8 +11,16 @@ from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import card_row, chart_place, section, table, verdict_bar
-from camrob.report.page.path_charts import Along, Chart, axis_chart, conditioning_chart, external_chart, feed_chart
+from camrob.report.page.parts import card_row, chart_place, page_body, section, table, verdict_bar
+from camrob.report.page.path_charts import (
+    Along,
+    Chart,
+    axis_chart,
+    conditioning_chart,
+    external_chart,
+    feed_chart,
+    shown_charts,
+)
 from camrob.report.page.timeline import Run
 from camrob.report.page.viewer import scene_data
 from camrob.report.post.player_section import player_section
@@ -42,21 +50,17 @@ def simulate_report(
         cell, path, postures, names, run, part_mesh=None, base_T_part=np.eye(4), threshold=threshold or 0.5
     )
     charts = _charts(cell, path, postures, names, reached, threshold)
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>Run of {escape(summary.program)}</h1><p class="made">by the ideal controller, on the cell '
-            f"<b>{escape(cell.name)}</b>: {escape(cell.title)}. {summary.motions:,} motions.</p></header>",
-            _verdict(summary),
-            _cards(summary),
-            _warnings(summary),
-            player_section(cell, scene, with_part=False),
-            _lost(summary),
-            *(chart_place(chart) for chart in charts),
-            "<footer>Made by camrob. The ideal controller keeps speeds and accelerations, rounds corners as the program allows, "
-            "and knows neither jerk nor what an arm does that is not as designed. This page is complete in itself: it loads "
-            "nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"Run of {escape(summary.program)}",
+        f"by the ideal controller, on the cell <b>{escape(cell.name)}</b>: {escape(cell.title)}. {summary.motions:,} motions.",
+        _verdict(summary),
+        _cards(summary),
+        _warnings(summary),
+        player_section(cell, scene, with_part=False),
+        _lost(summary),
+        *(chart_place(chart) for chart in charts),
+        note="The ideal controller keeps speeds and accelerations, rounds corners as the program allows, and knows neither jerk "
+        "nor what an arm does that is not as designed.",
     )
     data = {
         "names": {"0": summary.program},
@@ -130,7 +134,7 @@ def _charts(
     conditioning = None
     if threshold:
         conditioning = conditioning_chart(along, postures, threshold=threshold, comparison={}, bound=None)
-    candidates: list[tuple[str, str, Chart | None, str]] = [
+    return shown_charts(
         (
             "feed",
             "Speed of the tool",
@@ -155,7 +159,4 @@ def _charts(
             external_chart(cell, along, values),
             "Steps are moves of track or table while the tool rests.",
         ),
-    ]
-    return [
-        {"id": name, "title": title, "caption": caption, **chart} for name, title, chart, caption in candidates if chart
-    ]
+    )

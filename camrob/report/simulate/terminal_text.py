@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from camrob.report.terminal.tables import labelled
 from camrob.report.words import shown_blocks, shown_duration, shown_number, shown_text
 from camrob.summaries.simulate_summary import SimulateSummary
 
@@ -28,9 +28,7 @@ def render_simulation(summary: SimulateSummary) -> RenderableType:
         ]
         if len(summary.warnings) > _MOST:
             parts.append(Text(f"  ... and {len(summary.warnings) - _MOST} more (--json shows all)", style="yellow"))
-    grid = Table.grid(padding=(0, 2))
-    grid.add_column(style="bold", no_wrap=True)
-    grid.add_column()
+    grid = labelled()
     grid.add_row("Program", shown_text(f"{summary.program} on {summary.cell}: {summary.motions:,} motions"))
     grid.add_row("Takes", f"{shown_duration(summary.duration_s)} on the ideal controller")
     grid.add_row("Held back", _held_back(summary))

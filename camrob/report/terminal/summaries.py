@@ -10,6 +10,7 @@ from rich.text import Text
 
 from camrob.report.post.feed_sentences import feed_rows
 from camrob.report.post.plan_text import plan_lines
+from camrob.report.terminal.tables import columns, labelled
 from camrob.report.words import shown_duration, shown_number, shown_text
 from camrob.summaries.base import Summary
 from camrob.summaries.post_summary import CollisionFigures, PostSummary, RegionFigures
@@ -20,14 +21,6 @@ __all__ = ["render_post", "render_summary"]
 _MOST_WARNINGS = 20  # a screen's height; the report has all
 _MOST_REGIONS = 12  # half a screen's height; the report has all
 _NEAREST = 3  # axes shown with their margin
-
-
-def _grid() -> Table:
-    """A two-column layout without lines."""
-    grid = Table.grid(padding=(0, 2))
-    grid.add_column(style="bold", no_wrap=True)
-    grid.add_column()
-    return grid
 
 
 def _warnings(warnings: Sequence[Remark]) -> Iterator[RenderableType]:
@@ -83,9 +76,7 @@ def _conditioning(summary: PostSummary) -> Text:
 
 def _regions(regions: Sequence[RegionFigures]) -> RenderableType:
     """One row a region."""
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for heading in ("region", "CL lines", "points", "1/k_F at its start"):
-        table.add_column(heading, justify="left" if heading == "region" else "right")
+    table = columns("region", "CL lines", "points", "1/k_F at its start", left=("region",))
     for region in regions[:_MOST_REGIONS]:
         before, after = shown_number(region.inv_kf_before, 3), shown_number(region.inv_kf_after, 3)
         table.add_row(
@@ -102,7 +93,7 @@ def _regions(regions: Sequence[RegionFigures]) -> RenderableType:
 def render_post(summary: PostSummary) -> RenderableType:
     """The summary of `camrob post` for a terminal."""
     source, regions, time, verified = summary.source, summary.regions, summary.time_s, summary.verified
-    grid = _grid()
+    grid = labelled()
     grid.add_row("Program", shown_text(f"{summary.program} for {summary.cell}, method {summary.method}"))
     grid.add_row("From", shown_text(f"{source.file} ({source.dialect}, {source.units})"))
     grid.add_row(
@@ -141,7 +132,7 @@ def render_post(summary: PostSummary) -> RenderableType:
 
 def render_summary(summary: Summary) -> RenderableType:
     """Any summary as a list of its entries, warnings first; nested objects under dotted names."""
-    grid = _grid()
+    grid = labelled()
     said = summary.to_json()
     for key, value in _flat({k: v for k, v in said.items() if k != "warnings"}):
         grid.add_row(shown_text(key), shown_text(value))

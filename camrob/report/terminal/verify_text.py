@@ -9,6 +9,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from camrob.report.terminal.tables import labelled
 from camrob.report.words import shown_blocks, shown_number, shown_text
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
@@ -73,9 +74,7 @@ def _by(row: JudgedRemark) -> str:
 
 
 def _figures(summary: VerifySummary) -> RenderableType:
-    grid = Table.grid(padding=(0, 2))
-    grid.add_column(style="bold", no_wrap=True)
-    grid.add_column()
+    grid = labelled()
     judged, against, replay = summary.judged, summary.against, summary.replay
     words = {True: "good", False: "bad", None: "not judged"}
     areas = {

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
-from camrob.report.page.parts import card_row, section, table, verdict_bar
+from camrob.report.page.parts import card_row, page_body, section, table, verdict_bar
 from camrob.report.words import shown_blocks
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
@@ -52,21 +52,16 @@ class VerifiedMotions:
 def verify_report(summary: VerifySummary, motions: VerifiedMotions | None, pictures: Mapping[int, bytes]) -> str:
     """The page as text. motions: None where the program could not be replayed; pictures: PNGs of places by their line."""
     charts = [] if motions is None else _charts(motions)
-    body = "\n".join(
-        [
-            "<main>",
-            f'<header><h1>Verification of {escape(summary.program)}</h1><p class="made">on the cell '
-            f"<b>{escape(summary.cell)}</b>{_against(summary)}</p></header>",
-            _verdict(summary),
-            _findings("Against it", summary.errors, "error"),
-            _pictures([*summary.errors, *summary.warnings], pictures),
-            _not_judged(summary),
-            _findings("To read", summary.warnings, "warning"),
-            _cards(summary),
-            *(chart_section(c) for c in charts),
-            "<footer>Made by camrob. This page is "
-            "complete in itself: it loads nothing and sends nothing.</footer></main>",
-        ]
+    body = page_body(
+        f"Verification of {escape(summary.program)}",
+        f"on the cell <b>{escape(summary.cell)}</b>{_against(summary)}",
+        _verdict(summary),
+        _findings("Against it", summary.errors, "error"),
+        _pictures([*summary.errors, *summary.warnings], pictures),
+        _not_judged(summary),
+        _findings("To read", summary.warnings, "warning"),
+        _cards(summary),
+        *(chart_section(c) for c in charts),
     )
     data = {"names": {}, "charts": [{**c, "ruler": "motion"} for c in chart_data(charts)]}
     return page(f"Verification of {summary.program}", body, data)
