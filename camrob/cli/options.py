@@ -174,5 +174,6 @@ DurationOption = Annotated[
     float | None, typer.Option("--duration", metavar="S", help="Run for this long. Default: until it is interrupted.")
 ]
 PairOption = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A bound of the loop (README).")
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A bound of the loop (cells/rx160_tracker/README.md)."),
 ]

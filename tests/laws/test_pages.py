@@ -24,6 +24,7 @@ PAGES = [
 ]
 _CODE = re.compile(r"^ *```.*?^ *```$|`[^`\n]*`", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\[[^\[\]]*\]\(([^()\s#]*)(?:#([^()\s]*))?\)")
+_FILE = re.compile(r"`((?:camrob|cells|docs|examples|tests|toolpaths|\.ci)/[\w./-]*\w)/?`")
 _HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
@@ -58,6 +59,14 @@ def test_dead_links_are_seen(tmp_path: Path) -> None:
         " [g](mailto:gone)\n"
     )
     assert dead_links(page) == ["gone.md", "there.md#no-heading", "#there"]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_files_that_a_page_names_are_there(page: Path) -> None:
+    if page.name in ("CHANGELOG.md", "CONTRIBUTING.md"):  # what was there then; what a recipe is going to add
+        return
+    named = _FILE.findall(page.read_text(encoding="utf-8"))
+    assert not [name for name in named if "NAME" not in name and not (ROOT / name).exists()]
 
 
 def golden(sample: str) -> dict:
