@@ -12,6 +12,7 @@ _HEAD = 65_536  # bytes that are looked at
 _POST = "post the part as G-code or CL data (APT) instead"
 _KLARTEXT = "have it posted as plain language (.h)"
 _OTHER = "post the part for Fanuc, Siemens or Heidenhain, or as CL data (APT)"
+_BOARD = "have a program for circuit boards (FlatCAM, pcb2gcode) make G-code of it"
 _PATH = "make a toolpath of it in the CAM system, and output that as CL data (APT) or G-code"
 _PROGRAM = "give the CL file that it was made from; 'camrob verify' judges programs"
 # what a file begins with, or holds; what it is called; what to do
@@ -22,6 +23,22 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
         (rb"\A(?:\s*%%%[^%]*%%%)?\s*MODULE[ \t]+\w+", "an ABB RAPID program", _PROGRAM),
         (rb"\A\s*/JOB\b", "a Yaskawa job", _PROGRAM),
         (rb"\A\s*/PROG\b", "a FANUC robot program", _PROGRAM),
+        (
+            rb"\A\s*%(?:MPF|SPF)[ \t]*\d|^[ \t]*(?:N\d+[ \t]*)?@\d{3}[ \t]+[RKP]",
+            "a program for Siemens' older controls (Sinumerik 805 to 880: %MPF, L100, @ commands, cycles by R)",
+            _OTHER,
+        ),
+        (
+            rb"^[ \t]*(?:N\d+[ \t]*)?G9[89](?:[ \t]*[XYZIJK][-+]?[\d.]+){6}",
+            "a program for MAHO's or Philips' controls (G98 and G99 with X Y Z I J K are what the screen shows)",
+            _OTHER,
+        ),
+        (rb"^[ \t]*:[ \t]*[GT]\d", "a program for Cincinnati's controls (Acramatic: a colon begins a block)", _OTHER),
+        (
+            rb'^[ \t]*(?:N\d+[ \t]*)?M98[ \t]*P[ \t]*"',
+            "a program for RepRapFirmware (Duet) that calls a file of the machine's by M98",
+            "put that file's blocks in the place of the call",
+        ),
         (rb"\A\s*%\S+[ \t]+G7[01][ \t]*\*", "a program in Heidenhain's DIN/ISO", _KLARTEXT),
         (
             rb"\A\s*%PM\d*[ \t]*\r?$|^[ \t]*N\d+[ \t]+G7[ \t][^\n(]*\b[ABC][56]=",
@@ -29,7 +46,7 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
             _OTHER,
         ),
         (
-            rb"^[ \t]*(?:N\d+[ \t]*)?(?:END_IF\b|END_WHILE\b|(?:IF|WHILE)[ \t]*\[@\d)",
+            rb"\A\s*%@MACRO\b|^[ \t]*(?:N\d+[ \t]*)?(?:END_IF\b|END_WHILE\b|(?:IF|WHILE)[ \t]*\[@\d)",
             "a macro program of a control of Syntec's kind (@1, END_IF)",
             "have the path written out as plain blocks",
         ),
@@ -43,6 +60,13 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
             "a Mastercam NCI file",
             _POST,
         ),
+        (
+            rb"\A\s*M48[ \t]*\r?$[\s\S]{0,9999}?^T\d+(?:F\d+)?(?:S\d+)?C[\d.]",
+            "a circuit board's drill file (Excellon)",
+            _BOARD,
+        ),
+        (rb"^%FS[LTD][AI]X\d\dY\d\d\*%|^%MO(?:MM|IN)\*%", "a circuit board's drawing (Gerber)", _BOARD),
+        (rb"\A\s*(?:IN|DF|SP\d|P[UDA][-\d,]*)[ \t]*;[ \t]*(?:IN|SP|P[UDA]|VS|\r?\n)", "a plotter's file (HPGL)", _POST),
         (rb"\A\s*ISO-10303-21;", "a STEP file: a shape, no path", _PATH),
         (rb"\A.{72}S {6}1", "an IGES file: a shape, no path", _PATH),
         (rb"\A\s*solid\b[^\n]*\n\s*facet\b", "an STL mesh: a shape, no path", _PATH),

@@ -27,6 +27,18 @@ FILES = {
     "part.nci": ("1000\n1 0 1 0 0 1 0. 0. 25.\n1050\nMastercam\n0\n40 0. 0. 25. -2 0\n", "NCI"),
     "probe.nc": ("G90 G17\nIF [@100 != 3]\nG1 X5 F100\nEND_IF\nM30\n", "Syntec"),
     "wood.nc": ("% A.nc\nN2 (A)\nN4 L start.up\nN6 G54 G161\nN8 #RTCP ON\nN10 G1 X5 F100\nM30\n", "ISG"),
+    "old.mpf": (
+        "%MPF  90\nR11=384.553 R12=213.086\nL100\nN10 G0 G90 Z631.6 D0\nN50 G81 R2=8. R3=-38. R10=8.\n",
+        "805 to 880",
+    ),
+    "at.mpf": ("%5\nN1 @371 R52 K2 K0\nN10 G0 G90 Z631.6\n", "805 to 880"),
+    "window.nc": ("N9001\nN1 G17\nN2 G98 X-10 Y-10 Z-30 I120 J120 K40\nN6 G0 X10 Y10 Z2\n", "MAHO"),
+    "colon.nc": (":T1 M06\nN20 G90 G71\nN30 G0 X0 Y0 S2000 M03\n", "Acramatic"),
+    "duet.gcode": ('G21\nM98 P"tool1.g"\nG0 X0 Y0\n', "RepRapFirmware"),
+    "macro.nc": ("%@MACRO\n#1 := 5;\nG01 X10. F100.\nM99;\n", "Syntec"),
+    "holes.drl": ("M48\n; KiCad\nFMAT,2\nMETRIC\nT1C0.800\n%\nG90\nG05\nT1\nX10.5Y-20.3\nT0\nM30\n", "Excellon"),
+    "top.gbr": ("G04 board*\n%FSLAX46Y46*%\n%MOMM*%\nG01*\nX1000Y200D02*\nM02*\n", "Gerber"),
+    "plot.plt": ("IN;SP1;PU0,0;PD1000,0,1000,1000;PU;SP0;\n", "HPGL"),
     "all.zip": ("PK\x03\x04rest", "archive"),
 }
 

@@ -42,7 +42,7 @@ class Drill:
         self._same_mode(block.line)
         lateral = {k: words[k] for k in "XY" if k in words}
         retract, bottom = modal.cycle["R"], modal.cycle["Z"]
-        for _ in range(int(count) if modal.incremental else min(int(count), 1)):
+        for _ in range(int(count)):  # in G90 at the same place each time
             if frame.xyz[2] < retract:
                 self.motions.to_height(retract, block, cut=False)
             frame.move(lateral, modal.scale, _DEGREE, modal.incremental)

@@ -42,6 +42,9 @@ _LABEL = re.compile(r"N[0-9]++[ \t]*+")
 _PROGRAMMING = re.compile(
     r"[#\[\]]|\bO[ \t]*+<|\b(?:WHILE|IF|GOTO|GOTOF|GOTOB|DO|END|CALL|SUB|ENDSUB|REPEAT|LOOP|FOR|ENDIF)"
 )
+_SHOWN = re.compile(r"M11[78](?![0-9.])(.*)")
+"""What printers' controls show (Marlin, RepRapFirmware): M117 and M118 with a text."""
+
 _SIEMENS = ((re.compile(r"\bTRAORI\b"), "M128 "), (re.compile(r"\bTRAFOOF\b"), "M129 "))
 Word = tuple[str, float, bool]
 """A letter, its value, and whether it is written without a decimal point."""
@@ -176,8 +179,11 @@ def block_of(text: str, line: int) -> Block:
         bare = "O" + (bare[1:] if bare[0] == ":" else "0")
     bare, corner = without_corner(bare)
     if not _BLOCK.fullmatch(bare):
-        if _LABEL.sub("", bare, count=1).strip() == "MSG":
+        said = _LABEL.sub("", bare, count=1).strip()
+        if said == "MSG":
             return Block(line, {}, comment="MSG," + comment.strip('"'))
+        if shown := _SHOWN.fullmatch(said):
+            return Block(line, {}, comment="MSG," + shown[1].strip())
         for pattern, code in _SIEMENS:
             bare = pattern.sub(code, bare)
         if not _BLOCK.fullmatch(bare):
@@ -282,6 +288,15 @@ def _unreadable(bare: str) -> ToolpathError:
     if bare[:1] in ("$", "?", "!", "~"):
         return ToolpathError(
             f"{rest[:16]!r} is a command to the control itself (Grbl), no block of a program", hint="take it out"
+        )
+    if re.match(r"E[A-Z][-+.0-9]", rest):
+        return ToolpathError(
+            f"{rest[:2]} in {rest[:16]!r}: a word of NUM's controls, which is not read",
+            hint="post for Fanuc, or write the moves out",
+        )
+    if re.match(r"G[ \t]+[XYZ]", rest):
+        return ToolpathError(
+            f"G without a number in {rest[:16]!r}: G0 on some controls (Selca)", hint="write the number"
         )
     if rest[:1].isalpha() and not re.match(r"[A-Z][ \t]*[-+.0-9]", rest):
         return ToolpathError(

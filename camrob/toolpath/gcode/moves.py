@@ -41,7 +41,10 @@ class Motions:
         """A rapid move to where the frame stands now, or the loss of the place."""
         frame = self.frame
         if frame.placeable and frame.known:
-            self.path.rapid(frame.stance(), line)
+            to = frame.stance()
+            if self.modal.oriented and self.path.place is not None:
+                self._not_askew(self.path.place, to)
+            self.path.rapid(to, line)
             return
         self.path.lose()
         if not frame.placeable:
@@ -51,6 +54,16 @@ class Motions:
                 " where the tip goes depends on the machine",
                 line,
                 Severity.INFO,
+            )
+
+    def _not_askew(self, place: Stance, to: Stance) -> None:
+        """Raises ToolpathError for a way down with the spindle at an angle: a tool that has to pass a wall beside its edge."""
+        down = sum((a - b) * c for a, b, c in zip(to.tip, place.tip, to.axis, strict=True))
+        if down < -_RESTING:
+            raise ToolpathError(
+                f"the tool goes down with the spindle held at an angle (M19 in line {self.modal.oriented}: back boring), which a "
+                "robot's spindle doesn't do",
+                hint="bore from the front, or start the spindle before the way down",
             )
 
     def turning(self, block: Block, begin: list[float]) -> bool:

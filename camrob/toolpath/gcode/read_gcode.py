@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from camrob.toolpath.gcode.controls.registry import choose_control
 from camrob.toolpath.gcode.coordinates import ToolFrame
 from camrob.toolpath.gcode.cut_path import PathGrower
 from camrob.toolpath.gcode.interpreter import Interpreter
+from camrob.toolpath.gcode.language.called_files import Beside, with_called
 from camrob.toolpath.gcode.lexer import decode
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.turning import refuse_turning
@@ -72,39 +72,58 @@ def read_gcode(
             "chord or angle tolerance isn't above zero", hint="0.01 mm and 0.5 degrees are usual", path=path
         )
     lines = decode(data, path)
-    bare = _COMMENT.sub("", "\n".join(lines)).upper()
-    control = choose_control(bare, path.suffix)
-    if control.plain:
-        refuse_turning(bare, path)
-    machine = _kinematics(bare, kinematics, path, plain=control.plain, told=machine_tool is not None)
-    grower = PathGrower(machine, chord_tolerance, angle_tolerance)
+    control = choose_control(_bare(lines), path.suffix)
     defaults = defaults or Defaults()
-    modal = _modal(control, bare, machine, path, defaults)
-    if units is not None:
-        modal.scale, modal.forced = SCALES[units], True
-    interpreter = Interpreter(grower, ToolFrame(machine, machine_tool), modal, defaults)
-    if machine_tool is not None:
+    beside = with_called(lines, data, path, control.wanted)
+    try:
+        bare = _bare(beside.lines)
+        if control.plain:
+            refuse_turning(bare, path)
+        machine = _kinematics(bare, kinematics, path, plain=control.plain, told=machine_tool is not None)
+        grower = PathGrower(machine, chord_tolerance, angle_tolerance)
+        modal = _modal(control, bare, machine, path, defaults)
+        if units is not None:
+            modal.scale, modal.forced = SCALES[units], True
+        interpreter = Interpreter(grower, ToolFrame(machine, machine_tool), modal, defaults)
+        return _toolpath(control, beside, path, machine, interpreter)
+    except ToolpathError as error:
+        raise beside.place(error) from None
+
+
+def _bare(lines: list[str]) -> str:
+    """A program without its comments, upper case."""
+    return _COMMENT.sub("", "\n".join(lines)).upper()
+
+
+def _toolpath(control: Control, beside: Beside, path: Path, machine: str, interpreter: Interpreter) -> Toolpath:
+    """What the blocks of a program come to. Raises ToolpathError with its line, counted on into what it calls."""
+    grower, modal = interpreter.path, interpreter.modal
+    if interpreter.frame.machine is not None:
         grower.note("machine-axes", "rotary words turn the axes of the machine that the set-up names", 0, Severity.INFO)
-    _run(control, lines, path, grower, interpreter)
+    if beside.files:
+        names = ", ".join(clean_text(name) for name, _ in beside.files)
+        text = f"what it calls is read from files beside it: {names}; their lines are counted on from its last"
+        grower.note("called-files", text, 0)
+    _run(control, beside.lines, path, grower, interpreter)
     if machine != "3axis":
-        _suspect_radians(bare, grower)
+        _suspect_radians(_bare(beside.lines), grower)
     try:
         interpreter.finish()
         regions = grower.finish()
     except ToolpathError as error:
-        raise error.at(path, error.line or len(lines)) from None
+        raise error.at(path, error.line or len(beside.lines)) from None
     regions, findings = _with_defaults(regions, interpreter)
     _suspect_size(regions, grower)
     numbers = sorted({region.tool for region in regions if region.tool})
     return Toolpath(
         regions=regions,
         source=clean_text(path.name),
-        sha256=hashlib.sha256(data).hexdigest(),
+        sha256=beside.sha256,
         dialect=control.dialect if machine in ("unknown", "machine") else f"gcode-{machine}",
         units="inch" if modal.scale == SCALES["inch"] else "mm",
         tools=tuple(Tool(number) for number in numbers),
         findings=(*findings, *grower.findings()),
-        chord_tolerance=chord_tolerance,
+        chord_tolerance=grower.chord,
     )
 
 

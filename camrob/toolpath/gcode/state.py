@@ -38,6 +38,7 @@ class Modal:
     speed: float | None = None  # S, rev/min
     spindle: str = ""  # CLW, CCLW or off
     stopped: bool = False  # a tool change has stopped the spindle since
+    oriented: int = 0  # the line in which M19 has the spindle stand at an angle, 0 while it does not
     unloaded: int = 0  # the line in which the tool was put away, 0 while there is one
     coolant: bool = False
     next_tool: int | None = None

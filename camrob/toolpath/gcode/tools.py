@@ -86,7 +86,7 @@ class Process:
         path, modal = self.path, self.modal
         if number == path.tool:
             return
-        modal.stopped = not self._speed_given
+        modal.stopped, modal.oriented = not self._speed_given, 0
         if path.cutting:
             path.lose()
             self.frame.forget("Z" if self.frame.plane is None and not self.frame.turned else "XYZ")
@@ -145,6 +145,7 @@ class Process:
         for code in block.m:
             if code in (50, 190):
                 self._spindle_off(block.line)
+                self.modal.oriented = block.line if code == 190 else 0
             elif code == 90:
                 self._coolant_off(block.line)
             elif code in (0, 10, 600):
@@ -209,7 +210,7 @@ class Process:
 
     def _turn(self, sense: str, line: int) -> None:
         """M3 or M4."""
-        self.modal.spindle, self.modal.stopped = sense, False
+        self.modal.spindle, self.modal.stopped, self.modal.oriented = sense, False, 0
         self._started, self._speed_given = True, False
         self._run(line)
 

@@ -120,12 +120,15 @@ def _program_reader(
     from camrob.witness.cl.foreign.osp import OSP, OspReader
     from camrob.witness.cl.foreign.sinumerik import SinumerikReader
     from camrob.witness.cl.gcode import GcodeReader
+    from camrob.witness.cl.running.text_beside import text_beside
 
     bare = re.sub(r"\([^()\n]*\)|;[^\n]*", "", text)  # comments, and values of calls
     plain = SinumerikReader if file.suffix.lower() in (".mpf", ".spf") else GcodeReader
     others = ((KlartextReader, _KLARTEXT), (OspReader, OSP), (SinumerikReader, re.compile(_SINUMERIK, re.I | re.M)))
     language = next((reader for reader, mark in others if mark.search(bare)), plain)
     reader = language(tell, units, offsets, by_tool=by_tool, machine=machine)
+    if language in (GcodeReader, SinumerikReader):
+        reader.beside = text_beside(text, file, siemens=language is SinumerikReader)
     if isinstance(reader, ForeignReader):
         reader.numbers = numbers
     return reader

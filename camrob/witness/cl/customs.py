@@ -6,7 +6,7 @@ import re
 
 from camrob.witness.cl.circles import Wanted
 
-__all__ = ["ASIDE", "COMPUTED", "SKIPPED", "astray", "corner_of", "plain_words"]
+__all__ = ["ASIDE", "COMPUTED", "SKIPPED", "astray", "corner_of", "plain_words", "shown"]
 
 Pairs = list[tuple[str, str]]
 
@@ -25,6 +25,12 @@ _TAKE_NONE = frozenset(
 )  # of R, Q, I, J, K
 _HOLES = frozenset("73 74 76 81 82 83 84 85 86 87 88 89".split())
 _ANALOG = {67.0, 68.0}  # LinuxCNC: M67 E0 Q40, an output's number and its value
+
+
+def shown(block: str) -> bool:
+    """Whether a block is a message to the operator: MSG (Siemens), M117 and M118 with a text (Marlin, RepRapFirmware)."""
+    found = re.fullmatch(r"(?:N\d+)?(?:MSG|M11[78](?![\d.])(.*))", block)
+    return found is not None and (found[1] is None or not re.fullmatch(r"(?:[A-Z][-+]?(?:\d+\.?\d*|\.\d+))*", found[1]))
 
 
 def astray(pairs: Pairs, motion: str, vectors: bool, numbered: bool) -> str:

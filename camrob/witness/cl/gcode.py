@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.cl.circles import Wanted, centre_by_offsets, centre_by_radius, normal_of, twofold
-from camrob.witness.cl.customs import COMPUTED, SKIPPED, astray, corner_of, plain_words
+from camrob.witness.cl.customs import COMPUTED, SKIPPED, astray, corner_of, plain_words, shown
 from camrob.witness.cl.drilling import CYCLES, Cycle, Out, drill
 from camrob.witness.cl.offsets import TCP, Offsets
 from camrob.witness.cl.own_frames import OwnFrames, Polar
@@ -74,7 +74,7 @@ class GcodeReader(Machined):
         bare = COMMENT.sub("", text).upper()
         self._whose(bare)
         self._clamps = bool(re.search(r"M\s*0*1[0-2](?![\d.])", bare) and re.search(r"M\s*0*[34](?![\d.])", bare))
-        rows = tape(text)
+        rows = tape(text, self.beside)
         line, run = rows[0][0] if rows else 1, None
         try:
             run = run_of(rows, self._asked)
@@ -111,7 +111,7 @@ class GcodeReader(Machined):
             self._tell.note("blocks that may be skipped (/) are taken as executed")
             block = re.sub(r"^/\d?", "", block)
         block = block.replace("TRAORI", "M128").replace("TRAFOOF", "M129")  # Siemens
-        if re.fullmatch(r"(N\d+)?MSG", block):  # a message to the operator
+        if shown(block):  # a message to the operator
             return
         block, corner = corner_of(block, self._scale)
         said = _WORD.findall(block)

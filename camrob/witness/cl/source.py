@@ -254,13 +254,25 @@ def _sums(text: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return starts, np.where(head, sums, 0)
 
 
-def tape(text: str) -> list[tuple[int, str]]:
-    """Blocks of G-code without blanks and comments, with their lines, up to the second %; what M98 calls may stand behind it."""
-    rows = [(i, "".join(COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
-    rows = [(i, block) for i, block in rows if block.strip(")")]  # ")" alone closes a comment that holds another
+def tape(text: str, beside: str = "") -> list[tuple[int, str]]:
+    """Blocks of G-code without blanks and comments, with their lines, up to the second %; what M98 calls may stand behind it.
+
+    beside: of other files, whose lines are counted on from those of the text; subroutines of LinuxCNC's stand before their call.
+    """
+    if beside:
+        lines = text.count("\n") + 1
+        more = [(i + lines, row) for i, row in _rows(beside) if not row.startswith("%")]
+        return [*more, *tape(text)] if re.match(r"O(<[^>]*>|\d+)SUB", more[0][1]) else [*tape(text), *more]
+    rows = _rows(text)
     last = next((k for k, (_, block) in enumerate(rows) if k and block.startswith("%")), len(rows))
     behind = [row for row in rows[last:] if not row[1].startswith("%")]
     called = re.search(r"M\s*0*98(?![\d.])", COMMENT.sub("", text).upper())
     if not (behind and re.match(r"[O:]\d", behind[0][1]) and called):
         behind = []
     return [*(row for row in rows[:last] if not row[1].startswith("%")), *behind]
+
+
+def _rows(text: str) -> list[tuple[int, str]]:
+    """Blocks of G-code without blanks and comments, with their lines."""
+    rows = [(i, "".join(COMMENT.sub("", line).upper().split())) for i, line in enumerate(text.split("\n"), 1)]
+    return [(i, block) for i, block in rows if block.strip(")")]  # ")" alone closes a comment that holds another

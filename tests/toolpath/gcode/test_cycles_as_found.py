@@ -33,6 +33,19 @@ def test_a_row_of_holes_in_g91_keeps_the_heights_of_g90(tmp_path: Path) -> None:
     assert "cycle-heights-kept" in {finding.code for finding in read_toolpath(tmp_path / "row.nc").findings}
 
 
+@pytest.mark.parametrize("word", ["K3", "L3"])
+def test_a_hole_that_is_repeated_in_g90_is_drilled_again_at_its_place(tmp_path: Path, word: str) -> None:
+    """Fanuc B-63944EN, 13.1: in G90 drilling is repeated at the same position; LinuxCNC's rs274 does it, too."""
+    row = ISO + f"G99 G81 X0. Y0. Z-1.1 R0.2 {word}\nX10.\n" + END
+    assert _bottoms(tmp_path, "row.nc", row) == pytest.approx([-1.1] * 4)
+    cuts = [region.position for region in read_toolpath(tmp_path / "row.nc").regions]
+    assert sum(int((np.abs(tips - (0.0, 0.0, -1.1e-3)).max(axis=1) < 1e-9).sum()) for tips in cuts) == 3
+    numbered = "O1\n" + ISO.replace("Z3.\n", "Z3.\nM98 P7 K3\n") + END  # K counts there, too, on some: no millimetre
+    (tmp_path / "k.nc").write_text(numbered, encoding="utf-8")
+    with pytest.raises(ToolpathError, match="K of a block"):
+        read_toolpath(tmp_path / "k.nc")
+
+
 @pytest.mark.parametrize(
     ("name", "second", "named"),
     [

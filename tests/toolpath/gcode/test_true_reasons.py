@@ -27,6 +27,15 @@ HEIDENHAIN = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+30 R0 FMAX 
         ("tap.nc", ISO + "G33.1 Z-1. K0.5\nM30\n", 5, "which needs a spindle coupled to the feed .G33.1. is not read"),
         ("arc.nc", ISO + "G1 Z0 F300\nG2 X2000. I999.5\nM30\n", 6, "1.0000 mm apart in radius"),
         ("s4.nc", ISO + "G4 S3\nG1 Z0 F300\nM30\n", 5, "seconds on printers' controls"),
+        (
+            "boring.nc",
+            ISO + "G1 Z0. F300\nM19\nG0 X0.2\nZ-16.\nM3\nG1 Z-15. F50\nM30\n",
+            8,
+            "held at an angle .M19 in line 6",
+        ),
+        ("num.nc", ISO + "G81 X20 Y20 Z-12 ER2 F100\nM30\n", 5, "a word of NUM's controls"),
+        ("selca.nc", ISO + "G X10 Y0\nM30\n", 5, "G without a number"),
+        ("osp.min", "$OKUMA.SSB%\nOSTRT\nG0 X1\nRTS\n", 2, "block names of OSP"),
         # Siemens: known without %_N_, too
         ("case.mpf", "DEF INT A=5\nCASE(A) OF 5 GOTOF L1 DEFAULT GOTOF L2\nL1: G0 X1\nL2: G0 X2\nM30\n", 2, "CASE"),
         ("sub.spf", "PROC RING(REAL RADIUS)\nG1 X=RADIUS F100\nRET\n", 1, "called with values"),
@@ -57,3 +66,13 @@ def test_the_set_ups_spindle_starts_also_where_no_cut_could_be_read(tmp_path: Pa
     file.write_text("G21 G90 G17\nG0 X0 Y0 Z0\nG2 X200. I99.96 F300\nM30\n", encoding="utf-8")
     story = read_story(file, default_rpm=9000.0)
     assert story.gaps and [(e.kind, e.value) for e in story.events] == [(Kind.SPINDLE_ON, 9000.0)]
+
+
+def test_a_printers_message_is_one_and_m19_at_a_tool_change_does_no_harm(tmp_path: Path) -> None:
+    text = (
+        ISO
+        + "M117 Contour 2\nN5 M117 LAYER X5\nG1 Z0. F300\nX5.\nG0 Z30. M19\nX50.\nT2 M6\nM3\nG0 Z1.\nG1 Z0.\nG0 Z30.\nM30\n"
+    )
+    (tmp_path / "a.nc").write_text(text, encoding="utf-8")
+    toolpath, story = read_toolpath(tmp_path / "a.nc"), read_story(tmp_path / "a.nc")
+    assert [gap.text for gap in story.gaps] == ["M19: not known"] and len(toolpath.regions) == 2

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from camrob.toolpath.gcode.language.called_files import Wanted
 from camrob.toolpath.gcode.lexer import Block
 
 __all__ = ["Control", "State"]
@@ -36,3 +37,4 @@ class Control(NamedTuple):
     edges: bool = False  # D names an edge of the tool, with its length
     rolls: bool = False  # whether rotary axes roll over at 360 degrees is a parameter of the machine's
     clamps: bool = False  # M13 and M14 clamp rotary axes where the file has M10 to M12, and M3 or M4 for the spindle
+    wanted: Callable[[list[str]], list[Wanted]] = lambda lines: []  # programs that a text calls and does not hold

@@ -7,15 +7,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.language.called_files import Wanted, calls
 from camrob.toolpath.gcode.language.flow import Line
 
-__all__ = ["PROGRAM", "REPEATS", "split_programs"]
+__all__ = ["PROGRAM", "REPEATS", "split_programs", "wanted_programs"]
 
 PROGRAM = re.compile(r"[O:]([0-9]+)(.*)")
 REPEATS = 10_000
 """M98 P51002: five times O1002."""
 _CALLED = re.compile(r"(?:M0*98|G0*65)[^(;]*?P *([0-9]+)")
 _END = re.compile(r"M0*(?:30|2)(?![0-9.])")
+_HEAD = re.compile(r"[ \t]*[O:][ \t]*0*([0-9]+)")
+_CALLS = re.compile(r"(?:M[ \t]*0*98|G[ \t]*0*65)(?![0-9.])[^P]*?P[ \t]*0*([0-9]+)(?![0-9.])")
+_SUFFIXES = frozenset(("", ".nc", ".cnc", ".eia", ".tap", ".txt", ".ncp", ".prg", ".sub"))
 _Part = tuple[int, int, int]  # first line, before which line it ends, its number
 
 
@@ -56,3 +60,20 @@ def _parts(raw: list[str], line: Callable[[int], Line]) -> list[_Part]:
                 starts.append((index, int(match[1])))
     ends = [start for start, _ in starts[1:]] + [len(raw)]
     return [(first, end, number) for (first, number), end in zip(starts, ends, strict=True)]
+
+
+def wanted_programs(lines: list[str]) -> list[Wanted]:
+    """The programs that M98 and G65 call by numbers which no program of the text has: O5001 lies in 5001.nc, O5001 or alike."""
+    own = {int(match[1]) for line in lines if (match := _HEAD.match(line.upper()))}
+    called = [int(number) for number in calls(_CALLS, lines)]
+    numbers = {n if n < REPEATS else n % REPEATS: None for n in called if n not in own and n % REPEATS not in own}
+    return [
+        Wanted(
+            name=f"O{n}",
+            stems=frozenset(f"{letter}{n:0{width}d}" for letter in ("", "o") for width in range(1, 9)),
+            suffixes=_SUFFIXES,
+            head=f"O{n}",
+            named=_HEAD,
+        )
+        for n in numbers
+    ]

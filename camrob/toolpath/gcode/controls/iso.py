@@ -9,13 +9,14 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control, State
 from camrob.toolpath.gcode.controls.fanuc_macro import INCREMENT, SUBPROGRAMS, run_macro
+from camrob.toolpath.gcode.controls.fanuc_programs import wanted_programs
 from camrob.toolpath.gcode.lexer import ACCURACY, Block, lex, strip_comments
 
 __all__ = ["ISO", "check_points"]
 
 _POINTED = re.compile(r"[XYZIJKR][ \t]*[-+]?[0-9]+\.(?![0-9])")
 _UNPOINTED = re.compile(r"(?<![A-Z#\[])([XYZABCIJK])[ \t]*([-+]?[0-9]*[1-9][0-9]*)(?![0-9.\]])")
-_CYCLE = re.compile(r"G0*(?:7[346]|8[1-9])(?![0-9])")  # in whose blocks K counts holes
+_COUNTS = re.compile(r"G0*(?:7[346]|8[1-9]|3[4-7])(?![0-9])|M0*98(?![0-9])")  # in whose blocks K counts
 _COUNTED = re.compile(r"K[ \t]*[0-9]+(?![0-9.])")
 _PROGRAM = re.compile(r"^[ \t]*[O:][0-9]{1,8}\b", re.M)
 
@@ -47,7 +48,7 @@ def check_points(lines: list[str], path: Path, whose: str) -> None:
         upper = ACCURACY.sub("", raw.upper())
         if "G" in upper and re.search(r"G0*(?:65|66|4|10|5|05)(?![0-9])", upper):
             continue
-        match = _UNPOINTED.search(_COUNTED.sub("", upper) if _CYCLE.search(upper) else upper)
+        match = _UNPOINTED.search(_COUNTED.sub("", upper) if _COUNTS.search(upper) else upper)
         if match:
             raise ToolpathError(
                 f"{match[1]}{match[2]} has no decimal point, and other coordinates end in one: "
@@ -67,4 +68,5 @@ ISO = Control(
     keeps_motion=True,
     rolls=True,
     clamps=True,
+    wanted=wanted_programs,
 )

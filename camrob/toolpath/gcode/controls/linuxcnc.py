@@ -10,6 +10,7 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control
+from camrob.toolpath.gcode.language.called_files import Wanted, calls
 from camrob.toolpath.gcode.language.computed import words_of
 from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
 from camrob.toolpath.gcode.language.formulas import (
@@ -34,6 +35,9 @@ O_WORDS = re.compile(
 """What only LinuxCNC's programs have."""
 
 _O = re.compile(rf"O([0-9]+|<[^>]*>|\[.*?\]|#.*?)({_WORDS})(.*)")
+_DEFINED = re.compile(r"^[ \t]*O[ \t]*(<[^>]*>|[0-9]+)[ \t]*SUB\b")
+_CALLED = re.compile(r"^[ \t]*O[ \t]*(<[^>]*>|[0-9]+)[ \t]*CALL\b")
+_NEVER = re.compile(r"(?!)")  # a file names no program of its own: its o word does
 _OPENS = {"ENDWHILE": "WHILE", "ENDREPEAT": "REPEAT", "ENDIF": "IF", "ENDSUB": "SUB"}
 _OWN = range(1, 31)  # of each subroutine
 _FREE = (range(31, 5000),)
@@ -334,6 +338,16 @@ class _Program:
         return numbered[name]
 
 
+def _wanted(lines: list[str]) -> list[Wanted]:
+    """The subroutines that are called and that the text doesn't define: o<name> call runs name.ngc (manual, "Calling files")."""
+    own = set(calls(_DEFINED, lines))
+    return [
+        Wanted(f"O{label}", frozenset((label.strip("<>").lower(),)), frozenset((".ngc",)), "", _NEVER)
+        for label in calls(_CALLED, lines)
+        if label not in own
+    ]
+
+
 def _recognise(text: str) -> int:
     """More than ISO where the text has what only LinuxCNC has."""
     return 3 if O_WORDS.search(text) else 0
@@ -347,4 +361,5 @@ LINUXCNC = Control(
     plain=True,
     zero_edge=False,  # D0 may mean the tool in the spindle
     rereads=True,
+    wanted=_wanted,
 )

@@ -18,10 +18,10 @@ from camrob.toolpath.gcode.lexer import Block, block_of, strip_comments
 __all__ = ["OKUMA"]
 
 _NAME = re.compile(r"\s*\$[\w.-]+%?\s*")
-_MARKS = re.compile(r"\A\s*\$[\w.-]+\.MIN%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G0*15[ \t]*H[ \t]*\d", re.M)
+_MARKS = re.compile(r"\A\s*\$[\w.-]+\.(?:MIN|SSB|SUB|LIB|SDF)%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G0*15[ \t]*H[ \t]*\d", re.M)
 _OWN_LENGTH = re.compile(r"(?<=[\s\d])HA(?![A-Z\d=])", re.I)
 _TCP = re.compile(r"G0*1(?:69|70)(?!\d)")
-_COMPUTES = re.compile(r"=|\b(?:CALL|GOTO|IF|RTS|MODIN|MODOUT|COPYE?|NOEX|RTMDI)\b|^\s*N[A-Z]")
+_COMPUTES = re.compile(r"=|\b(?:CALL|GOTO|IF|RTS|MODIN|MODOUT|COPYE?|NOEX|RTMDI)\b|^\s*[NO][A-Z]")
 # tenths: moves, planes, units, the home position, no compensation or compensation, exact stop, no cycle, modes
 _SAME = frozenset((0, 10, 20, 30, 90, 170, 180, 190, 200, 210, 300, 400, 410, 420, 610, 640, 800, 900, 910, 940, 950))
 _OFFSET, _LENGTH, _NO_LENGTH = 150, 560, 530

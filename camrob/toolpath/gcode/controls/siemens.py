@@ -11,7 +11,7 @@ from pathlib import Path
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control, State
-from camrob.toolpath.gcode.controls.siemens_sections import Sections
+from camrob.toolpath.gcode.controls.siemens_sections import Sections, wanted_programs
 from camrob.toolpath.gcode.controls.siemens_words import SiemensWords
 from camrob.toolpath.gcode.language.flow import DEEPEST, StepCount, unset
 from camrob.toolpath.gcode.language.formulas import NOTHING, Reader, Value, whole
@@ -370,4 +370,5 @@ SIEMENS = Control(
     "gcode-siemens",
     edges=True,
     suffixes=frozenset({".mpf", ".spf"}),
+    wanted=wanted_programs,
 )

@@ -6,13 +6,30 @@ import re
 from collections.abc import Sequence
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.language.called_files import Wanted, calls
 from camrob.toolpath.gcode.language.flow import DEEPEST
 
-__all__ = ["Sections"]
+__all__ = ["Sections", "wanted_programs"]
 
 _HEAD = re.compile(r"%_N_(\w+)_(MPF|SPF)$")
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)(?:\(\))?(?: ?P=?([0-9]+))?$")
 _MOST_PASSES = 9_999  # P has four digits
+_NAMED = re.compile(r"\s*%_N_(\w+)_(?:MPF|SPF)")
+_ALONE = re.compile(
+    r"^[ \t]*(?:/[0-9]?[ \t]*)?(?:N[0-9]+[ \t]*)?([A-Z_][A-Z_]\w*|L[0-9]+)[ \t]*(?:\([ \t]*\))?"
+    r"(?:[ \t]*P[ \t]*=?[ \t]*[0-9]+)?[ \t]*$"
+)
+_SUFFIXES = frozenset((".spf",))
+
+
+def wanted_programs(lines: list[str]) -> list[Wanted]:
+    """The subprograms that blocks call by their names alone and that the text doesn't hold: NAME lies in NAME.SPF."""
+    own = {match[1] for line in lines if (match := _NAMED.match(line.upper()))}
+    return [
+        Wanted(name, frozenset((name.lower(), f"_n_{name.lower()}_spf")), _SUFFIXES, f"%_N_{name}_SPF", _NAMED)
+        for name in calls(_ALONE, lines)
+        if name not in own
+    ]
 
 
 class Sections:
@@ -27,6 +44,8 @@ class Sections:
             line = heads[-1][0] + 1
             raise ToolpathError("several main programs in one file", hint="give each a file of its own", line=line)
         alone = (0, len(texts)) if len(heads) < 2 else (0, ends[0])
+        if heads and not mains and any(re.sub(r"^%\w*$", "", text) for text in texts[: heads[0][0]]):
+            alone = (0, heads[0][0])  # the main program has no head of its own
         self._bounds = self._places[mains[0]] if mains and len(heads) > 1 else alone
         self.main = self._bounds[0]
         self._stack: list[tuple[int, tuple[int, int], int]] = []  # where to go on, the caller's bounds, passes left

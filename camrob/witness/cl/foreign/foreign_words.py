@@ -30,7 +30,7 @@ class ForeignReader(GcodeReader, ABC):
 
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
-        run = self._order(self._statements(text))
+        run = self._order(self._statements(text + self.beside))
         try:
             for i, row in run:
                 self._line(row, i)

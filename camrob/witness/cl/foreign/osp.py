@@ -12,7 +12,9 @@ from camrob.witness.cl.gcode import GcodeReader
 
 __all__ = ["OSP", "OspReader"]
 
-OSP = re.compile(r"\A\s*\$[\w.-]+\.MIN%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G0*15[ \t]*H[ \t]*\d", re.I | re.M)
+OSP = re.compile(
+    r"\A\s*\$[\w.-]+\.(?:MIN|SSB|SUB|LIB|SDF)%?\s*$|^[ \t]*(?:N\d+[ \t]*)?G0*15[ \t]*H[ \t]*\d", re.I | re.M
+)
 """What only its programs hold."""
 
 _CODE = re.compile(r"([GM])0*(\d+\.?\d*)")
