@@ -10,6 +10,8 @@ from math import sqrt
 
 __all__ = ["outcomes", "report", "scores", "wilson"]
 
+AS_WELL = {"force": ("load",)}  # the contract's regimes have no force
+
 
 def wilson(hits: int, count: int, z: float = 1.96):
     """The share's interval of 95 %; the whole of 0 to 1 of nothing."""
@@ -77,7 +79,8 @@ def _place(told, said):
     where = (said.get("unknown") or {}).get("where") or {}
     rung = None if cause["stage"] == "instrument" else where.get("rung") == cause["stage"]
     axis = bool(set(where.get("axes") or []) & set(cause["axes"])) if cause["axes"] else None
-    return rung, axis, bool(set(where.get("regimes") or []) & set(cause["follows"]))
+    follows = {w for f in cause["follows"] for w in (f, *AS_WELL.get(f, ()))}
+    return rung, axis, bool(set(where.get("regimes") or []) & follows)
 
 
 def _share(hits, count):
