@@ -12,8 +12,6 @@ from camrob.calibration.calibration import Calibration, ErrorSize, Held
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.terms import parameter_of
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.errors import LogError, StaleInputError
 from camrob.summaries.calibration_summary import (
     CalibrationFigures,
@@ -26,6 +24,8 @@ from camrob.summaries.calibration_summary import (
 )
 from camrob.summaries.remarks import Remark
 from camrob.text import one_line
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["calibration_figures", "calibration_text", "edge_value", "read_calibration"]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
-from camrob.cell.toml_table import TableReader
 from camrob.se3 import abc_to_rotation, rotation_exp
+from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["BareArm", "read_bare_arm"]

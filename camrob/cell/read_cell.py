@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.bare_arm import BareArm, read_bare_arm
 from camrob.cell.cell import POSTED_ARM, Cell
-from camrob.cell.cell_file import cell_file, toml_cure, without_schema
+from camrob.cell.cell_file import cell_file, without_schema
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
@@ -21,12 +20,12 @@ from camrob.cell.poses import POSES_FILE, PoseBounds, check_poses
 from camrob.cell.read_controller import read_controller
 from camrob.cell.redundancy_settings import CONDITION_TERMS, TABLES, FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
-from camrob.cell.toml_table import Faults, TableReader
-from camrob.errors import CellError, InputError
 from camrob.se3 import frame_from_xyzabc
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import Faults, TableReader
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["frame_of", "read_cell", "read_toml", "unchecked_cell"]
+__all__ = ["frame_of", "read_cell", "unchecked_cell"]
 
 Array = NDArray[np.float64]
 
@@ -36,26 +35,6 @@ SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
 MOST_ARM = 7  # axes of an arm that a log names
 _SIZES = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.SPHERE: 1}
-
-
-def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, object]:
-    """The contents of a TOML file. Raises `error`, with the line, where it can't be read."""
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except IsADirectoryError:
-        raise error("is a folder", hint="name the .toml file in it", path=path) from None
-    except OSError as e:
-        raise error(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
-    except UnicodeDecodeError:
-        raise error("is not UTF-8 text", hint="save it as UTF-8", path=path) from None
-    except tomllib.TOMLDecodeError as e:
-        found = re.search(r" \(at line (\d+), column (\d+)\)$", str(e))
-        what = str(e)[: found.start()] + f" at column {found[2]}" if found else str(e)
-        what = what.replace("Cannot overwrite a value", "a key is given a second time")
-        line = int(found[1]) if found else 0
-        raise error(f"is not valid TOML: {what[:200]}", hint=toml_cure(path, line), path=path, line=line) from None
-    except (RecursionError, ValueError) as e:
-        raise error(f"is not valid TOML: {str(e)[:200]}", hint="correct that place", path=path) from None
 
 
 def frame_of(xyzabc_mm_deg: Array) -> Array:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role
-from camrob.cell.toml_table import TableReader
 from camrob.errors import CellError
+from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["read_controller"]

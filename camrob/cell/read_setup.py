@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import frame_of, read_toml
+from camrob.cell.read_cell import frame_of
 from camrob.cell.setup import Body, Clamping, Setup, ToolSetup
-from camrob.cell.toml_table import TableReader
 from camrob.cell.tool_library import read_tool_library
 from camrob.errors import SetupError
 from camrob.machine_tool import FEEDS, Feed, MachineTool, RotaryAxis
 from camrob.se3 import pose
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import INCH_MM, m_to_mm, mm_min_to_m_s, mm_to_m
 
 __all__ = ["read_clampings", "read_machine_tool", "read_setup"]

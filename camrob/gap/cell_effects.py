@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from camrob.calibration.terms import PARTS, term_of
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.errors import CellError, LogError
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.effects.registry import library
 from camrob.gap.expression import Expression, parse_expression
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import first_order, play
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["cell_effects", "signal_names"]

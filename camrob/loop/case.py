@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.read_cell import frame_of, read_toml
-from camrob.cell.toml_table import TableReader
+from camrob.cell.read_cell import frame_of
 from camrob.errors import CellError, InputError
 from camrob.frozen import locked
 from camrob.loop.law import CorrectionLaw
 from camrob.loop.rsi.link import read_sender
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_min_to_m_s, mm_to_m, ms_to_s
 
 __all__ = ["RobotErrors", "TrackerCase", "TrackerNoise", "read_tracker_case"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import difflib
 import json
 import math
-import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -14,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import LogError
+from camrob.toml.read_toml import read_toml
 from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_min_to_m_s, mm_to_m, rad_to_deg
 
-__all__ = ["LogInfo", "MeasuredFrame", "Target", "info_text", "load_toml", "read_info", "wrong_key"]
+__all__ = ["LogInfo", "MeasuredFrame", "Target", "info_text", "read_info", "wrong_key"]
 
 
 class MeasuredFrame(StrEnum):
@@ -82,7 +81,7 @@ def read_info(path: Path) -> LogInfo:
 
     Raises LogError naming file, line, key, and hint.
     """
-    data = load_toml(path)
+    data = read_toml(path, LogError)
     values: dict[str, Any] = {}
     for key, value in data.items():
         if key in _CHOICES:
@@ -100,21 +99,6 @@ def read_info(path: Path) -> LogInfo:
         elif near := difflib.get_close_matches(key.lower(), _KEYS, n=1, cutoff=0.8):
             raise wrong_key(path, key[:40], "is not a key of a log", f"is {near[0]} meant?")
     return LogInfo(**values)
-
-
-def load_toml(path: Path) -> dict[str, Any]:
-    """What a LOG.toml holds. Raises LogError."""
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except OSError as e:
-        raise LogError(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
-    except UnicodeDecodeError:
-        raise LogError("is not UTF-8 text", hint="save it as UTF-8", path=path) from None
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
-        found = re.search(r" \(at line (\d+), column \d+\)$", str(e))
-        what = str(e)[: found.start()] if found else str(e)
-        line = int(found[1]) if found else 0
-        raise LogError(f"is not valid TOML: {what[:200]}", hint="correct that place", path=path, line=line) from None
 
 
 def wrong_key(path: Path, key: str, what: str, hint: str) -> LogError:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from camrob.errors import LogError
 from camrob.measurement.log import AXES, COLUMNS, ORIENTATION
-from camrob.measurement.log_info import load_toml, wrong_key
+from camrob.measurement.log_info import wrong_key
+from camrob.toml.read_toml import read_toml
 
 __all__ = ["ORIENTATIONS", "UNITS", "Source", "TableFacts", "read_table_facts"]
 
@@ -53,7 +55,7 @@ class TableFacts:
 
 def read_table_facts(path: Path) -> TableFacts | None:
     """[table] of a LOG.toml, None where it has none. Raises LogError naming file, line, key, and hint."""
-    table = load_toml(path).get("table")
+    table = read_toml(path, LogError).get("table")
     if table is None:
         return None
     if not isinstance(table, dict):

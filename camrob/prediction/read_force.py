@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.prediction.force_model import CuttingForce, Milling, Stated
 from camrob.prediction.materials import MATERIAL_DOUBT, MATERIALS
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import mm_min_to_m_s, mm_to_m, um_to_m
 
 __all__ = ["read_force"]

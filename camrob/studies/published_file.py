@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.frozen import locked
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["PUBLISHED", "PublishedCase", "own_case", "read_published"]

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.kinematics.adjusting import CurveInJoints, follow_points, joint_derivatives, printed_derivatives
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 from camrob.units import mm_to_m
 
 __all__ = ["SEAM", "Seam", "SeamMotion", "read_seam", "seam_motion"]

@@ -11,11 +11,12 @@ import pytest
 import trimesh
 
 from camrob.cell.joint import Role
-from camrob.cell.read_cell import read_cell, read_toml
+from camrob.cell.read_cell import read_cell
 from camrob.cell.shape import ShapeKind
-from camrob.cell.toml_table import PROVENANCES
 from camrob.errors import CellError
 from camrob.kinematics import frames
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import PROVENANCES
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 FOLDER = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"

@@ -40,7 +40,7 @@ ROWS = (
     ("cell", "toolpath", "measurement"),
     ("machine_tool",),
     ("se3", "frame_steps", "triples", "small_matrices", "product_grid", "summaries"),
-    ("frozen", "findings", "shipped", "compiler"),
+    ("frozen", "findings", "shipped", "compiler", "toml"),
     ("errors", "compiled"),
     ("units", "text", "progress", "compiling", "machine_code"),
 )

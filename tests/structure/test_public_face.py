@@ -106,7 +106,7 @@ def test_help_is_an_overview_with_a_line_for_each_verb() -> None:
     ask = "import camrob, pydoc; print(pydoc.plain(pydoc.render_doc(camrob)))"
     shown = subprocess.run([sys.executable, "-c", ask], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     lines = shown.splitlines()
-    assert len(lines) <= 110 and max(map(len, lines[:-3])) <= 90
+    assert len(lines) <= 112 and max(map(len, lines[:-3])) <= 90
     for verb in JOBS:
         assert sum(line.split()[:1] == [verb] for line in lines) == 1, verb
     said = inspect.getdoc(camrob) or ""

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.jobs.batching.verbs import VERBS, Kind, Verb, Writes, read_verb
 from camrob.jobs.files.cell_for import language_for
@@ -18,6 +16,8 @@ from camrob.jobs.files.files import check_file_name
 from camrob.jobs.files.inputs import program_name
 from camrob.program.language import Language
 from camrob.shipped import cell_beside
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 
 __all__ = ["BatchJob", "read_jobs"]
 

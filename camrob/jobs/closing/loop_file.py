@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from camrob.cell.read_cell import read_toml
-from camrob.cell.toml_table import TableReader
 from camrob.errors import InputError
 from camrob.jobs.solving.resolved_job import METHODS
 from camrob.shipped import cell_beside, demand_cell
+from camrob.toml.read_toml import read_toml
+from camrob.toml.table_reader import TableReader
 
 __all__ = ["LoopJob", "Rehearsal", "read_loop_job"]
 

@@ -10,10 +10,10 @@ from camrob.bodies.bare_links import bare_links
 from camrob.cell.cell import Cell
 from camrob.cell.poses import POSES_FILE, pose_errors
 from camrob.cell.read_cell import unchecked_cell
-from camrob.cell.toml_table import PROVENANCES
 from camrob.jobs.files.home import touches_at_home
 from camrob.kinematics.best_condition import best_condition
 from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
+from camrob.toml.table_reader import PROVENANCES
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["CellCheckResult", "cell_check"]
