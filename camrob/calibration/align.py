@@ -75,8 +75,7 @@ def _by_turns(nominal: Array, measured: Array, frame_known: bool, target_known: 
 def _matched(points: Array, seen: Array) -> Array:
     """The rigid motion (4, 4) that lays points (N, 3) onto others best (Kabsch)."""
     a, b = points.mean(axis=0), seen.mean(axis=0)
-    U, _, Vt = np.linalg.svd((seen - b).T @ (points - a))
-    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    R = _nearest_rotation((seen - b).T @ (points - a))
     return pose(R, b - R @ a)
 
 

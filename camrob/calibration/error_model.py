@@ -106,12 +106,6 @@ class ErrorModel:
         poses, J = self._evaluate(values, q, quantities or {}, slots, np.full(len(slots), -1, np.int64))
         return poses, J + J @ (self.arm_slope(values, q) if slope is None else slope)
 
-    def shifts(self, values: Array, q: Array, quantities: Quantities | None = None) -> Array:
-        """By how much the joints really stand beyond q (N, n), SI."""
-        given = quantities or {}
-        values = np.asarray(values, float)
-        return self._shifts(values, self._factors(np.asarray(q, float), given), q)
-
     def _evaluate(
         self, values: Array, q: Array, given: Quantities, slots: NDArray[np.int64], factor_of: NDArray[np.int64]
     ) -> tuple[Array, Array]:
@@ -157,6 +151,7 @@ class ErrorModel:
         raise LogError(f"{term.name} needs a quantity {term.by!r}", hint="give it with the postures")
 
     def _shifts(self, values: Array, factors: Array, q: Array) -> Array:
+        """By how much the joints really stand beyond q (N, n), SI."""
         moving = [k for k, t in enumerate(self.terms) if t.kind is not TermKind.PLACE]
         out = np.zeros_like(np.asarray(q, float))
         for column, k in enumerate(moving):

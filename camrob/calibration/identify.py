@@ -44,8 +44,8 @@ class Identifiability:
 
     kept: names of those that can be fitted together. merged: name of a parameter that can't be told from others, to
     their names (its effect is part of theirs). unseen: those without any effect on what was measured. weak: those
-    whose standard error would be several times their ordinary size. rank, singular (kept,): of the scaled, whitened
-    Jacobian.
+    whose standard error would be several times their ordinary size. singular (kept,): values of the scaled, whitened
+    Jacobian. left_out: all that are not kept, in the parameters' order.
     """
 
     kept: tuple[str, ...]
@@ -58,15 +58,14 @@ class Identifiability:
     left_out: tuple[str, ...] = field(default=())
 
 
-def identify(names: tuple[str, ...], J: Array, scales: Array, *, gain: float = 1.0) -> Identifiability:
+def identify(names: tuple[str, ...], J: Array, scales: Array) -> Identifiability:
     """Identifiability of parameters in their order: an earlier one keeps what it shares with a later one.
 
-    J (m, P): derivatives of the measurements, divided by their noise. scales (P,): the parameters' ordinary sizes.
-    gain: the square root of how many times over J's rows will be there (J may be a sample). Columns are
-    orthogonalised in the parameters' order (Gram-Schmidt, twice); then, while a standard error is hopeless, the last
-    of the parameters bound up with it goes. Raises ValueError where nothing can be fitted.
+    J (m, P): derivatives of the measurements, divided by their noise. scales (P,): the parameters' ordinary sizes. Columns are
+    orthogonalised in the parameters' order (Gram-Schmidt, twice); then, while a standard error is hopeless, the last of the
+    parameters bound up with it goes. Raises ValueError where nothing can be fitted.
     """
-    A = gain * J * scales
+    A = J * scales
     kept, merged, unseen, weak = _independent(names, A)
     while kept:
         _, s, Vt = np.linalg.svd(A[:, kept], full_matrices=False)

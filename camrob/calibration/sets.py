@@ -160,10 +160,8 @@ def fit_frames(
     def seen_from(names: Sequence[str]) -> ErrorModel:
         return ErrorModel.of(cell, tuple(names), in_base=data.in_base, left=left, right=right)
 
-    model, free = (
-        seen_from((*FRAMES, *own)),
-        [n for n in FRAMES if (base, tool)[SIDES.index(n.partition(".")[0])] is None],
-    )
+    model = seen_from((*FRAMES, *own))
+    free = [n for n in FRAMES if (base, tool)[SIDES.index(n.partition(".")[0])] is None]
     alone = Prepared(SetModel(seen_from(free), np.arange(len(free)), len(free)), data, tuple(free), ())
     seen = identifiability([alone], np.full(len(free), 1e-3))
     moved = {**(base.moved if base else {}), **(tool.moved if tool else {})}

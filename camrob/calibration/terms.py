@@ -115,9 +115,7 @@ def parameter_of(cell: Cell, name: str) -> Parameter:
     return length if prismatic else angle
 
 
-def standard_names(
-    cell: Cell, *, table: bool = False, track: bool = True, stiffness: bool = True, harmonics: int = 0
-) -> tuple[str, ...]:
+def standard_names(cell: Cell, *, table: bool = False, track: bool = True, harmonics: int = 0) -> tuple[str, ...]:
     """The parameters of an ordinary calibration, in the order in which they claim what they share with others.
 
     Base and tool (12); zeros of the arm (6); its axes' places (24), with the zeros the 30 geometric ones; 5
@@ -132,7 +130,7 @@ def standard_names(
             names += [f"{joint.name}.{part}" for part in ("scale", *places)]
     names += [f"{a}.zero" for a in arm]
     names += [f"{a}.{part}" for a in arm for part in ("x", "y", "rx", "ry")]
-    if stiffness and cell.masses:
+    if cell.masses:
         names += [f"{a}.compliance" for a in arm[1:]]
     names += [f"{a}.{wave}{k}" for k in range(1, harmonics + 1) for a in arm for wave in ("cos", "sin")]
     return tuple(names)

@@ -38,7 +38,7 @@ class MarginReport:
     margin_min: nearest distance of each real axis to a limit, below 0 where it is passed, None for an endless axis;
     margin_at: the point of it (-1 for an endless axis). violations: points outside some limit. inv_kf_min, inv_kf_mean
     of the bare arm, inv_kf_at the point of the least; singular: points below `SINGULAR`. jumps: points that are
-    reached by a jump. axis_step_deg_max: the largest step of an arm axis between two points of straight motion.
+    reached by a jump. axis_step_deg_max: the largest step of an arm axis between two points of cutting.
     midpoint_mm_max: how far at most the tip deviates from the middle of two points where all joints are half-way.
     external_travel: "E1_mm", "E2_deg", ...: what each external axis travels while the tool cuts.
     """
@@ -127,22 +127,19 @@ def check_margins(
     cutting: ArrayLike,
     line: ArrayLike,
     region: ArrayLike,
-    straight: ArrayLike | None = None,
 ) -> MarginReport:
     """Margins of postures q (M, n), M > 0, with 1/k_F (M,) of the bare arm.
 
-    cutting (M,): True for points that the tool comes to while it cuts; straight (M,): for points that it comes to by
-    LIN or CIRC, where a jump of the axes is a fault (by default the cutting ones); line (M,) CL lines, 0 for camrob's
-    own; region (M,). Raises ValueError for arrays that don't fit.
+    cutting (M,): True for points that the tool comes to while it cuts, where a jump of the axes is a fault; line (M,) CL lines,
+    0 for camrob's own; region (M,). Raises ValueError for arrays that don't fit.
     """
     q, kf = np.ascontiguousarray(q, float), np.asarray(inv_kf, float)
     cut, places = np.asarray(cutting, bool), _Places(np.asarray(line, np.int64), np.asarray(region, np.int64))
-    linear = cut if straight is None else np.asarray(straight, bool)
     count = len(q)
     if not count or q.shape != (count, len(cell)) or not np.all(np.isfinite(q)):
         raise ValueError(f"postures are {q.shape} or not finite, expected (1 or more, {len(cell)}) finite numbers")
-    if any(v.shape != (count,) for v in (kf, cut, linear, places.line, places.region)):
-        raise ValueError("inv_kf, cutting, straight, line and region need one value a posture")
+    if any(v.shape != (count,) for v in (kf, cut, places.line, places.region)):
+        raise ValueError("inv_kf, cutting, line and region need one value a posture")
     findings: list[Finding] = []
     margins, at, outside = {}, {}, np.zeros(count, bool)
     for name in cell.axis_names:
@@ -157,7 +154,7 @@ def check_margins(
         findings.append(
             places.finding("singular", text, Severity.ERROR, first, value=float(kf[first]), limit=SINGULAR, count=times)
         )
-    jumps, axis_step, middle = _jumps(cell, q, linear, places, findings)
+    jumps, axis_step, middle = _jumps(cell, q, cut, places, findings)
     return MarginReport(
         margin_min=margins,
         margin_at=at,
@@ -205,18 +202,18 @@ def _limit(joint: Joint, q: Array, outside: Mask, places: _Places, findings: lis
 
 
 def _jumps(
-    cell: Cell, q: Array, linear: Mask, places: _Places, findings: list[Finding]
+    cell: Cell, q: Array, cut: Mask, places: _Places, findings: list[Finding]
 ) -> tuple[NDArray[np.int64], float, float]:
     """Points reached by a jump of the arm, the largest step of an arm axis (rad), the largest midpoint deviation (m).
 
-    Only straight motions count. A jump: an arm axis turns by more than 5 degrees and by more than 20 times the tool's
+    Only cutting moves count. A jump: an arm axis turns by more than 5 degrees and by more than 20 times the tool's
     own step, its angle plus its length over the characteristic length.
     """
-    into = np.flatnonzero(linear[1:]) + 1
+    into = np.flatnonzero(cut[1:]) + 1
     if not len(into):
         return into, 0.0, 0.0
     starts = range(0, len(q) - 1, _CHUNK)
-    parts = [_steps(cell, q[k : k + _CHUNK + 1], linear[k + 1 : k + _CHUNK + 1]) for k in starts]
+    parts = [_steps(cell, q[k : k + _CHUNK + 1], cut[k + 1 : k + _CHUNK + 1]) for k in starts]
     steps, tool_step, off = (np.concatenate(found) for found in zip(*parts, strict=True))
     axis_step = steps.max(axis=1)
     found = (axis_step > _JUMP_TURN) & (axis_step > _JUMP_RATIO * tool_step)

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from camrob.redundancy.path import ToolPathInBase
 
-__all__ = ["BESIDE", "FEED_KEPT", "FeedLoss", "feed_losses", "lost_by_axis"]
+__all__ = ["BESIDE", "FEED_KEPT", "PROGRAMMED_FEED", "FeedLoss", "feed_losses", "lost_by_axis"]
 
 Array = NDArray[np.float64]
 
 BESIDE = "slower feed of the motion beside it"
 """What is said where a ramp to or from a slower motion keeps the feed from being reached."""
-_FEED = "programmed feed"
+PROGRAMMED_FEED = "programmed feed"
+"""The cause where nothing holds the tool back."""
 FEED_KEPT = 0.98
 """Share of the programmed speed from which a piece, on average, counts as keeping its feed."""
 
@@ -70,7 +71,7 @@ def feed_losses(
         code, feed = int(cause[first]), float(speed[first])
         lines = int(path.line[first]), int(path.line[last])
         reached, lost = float(way[k] / taken[k]), float(taken[k] - way[k] / feed)
-        why = BESIDE if causes[code] == _FEED else causes[code]
+        why = BESIDE if causes[code] == PROGRAMMED_FEED else causes[code]
         out.append(FeedLoss(first, last + 1, *lines, axes[code], why, feed, reached, lost))
     return tuple(out)
 

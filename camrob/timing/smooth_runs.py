@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.redundancy.path import ToolPathInBase
+from camrob.timing.losses import PROGRAMMED_FEED
 from camrob.timing.path_spline import MotionBounds, smoothed
 from camrob.timing.profile import FEWEST_SPANS
 from camrob.timing.straight_pieces import PathRates
@@ -71,7 +72,7 @@ def run_bounds(rates: PathRates) -> tuple[MotionBounds, Indices]:
 
 def cause_names(names: tuple[str, ...], bounded: Indices) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names of what may bind, in `worst_use`'s order, and the axis of each ("" for none)."""
-    causes = ["programmed feed", "tool acceleration", "tool rotation speed", "tool rotation acceleration"]
+    causes = [PROGRAMMED_FEED, "tool acceleration", "tool rotation speed", "tool rotation acceleration"]
     axes = [""] * len(causes)
     for k in bounded.tolist():
         causes += [f"{names[k]} {what}" for what in ("speed", "acceleration", "jerk")]

@@ -20,7 +20,7 @@ from camrob.compiled import kernel
 from camrob.frozen import locked
 from camrob.redundancy.path import ToolPathInBase
 from camrob.timing.block_time import BLOCK_TIME, block_ceilings
-from camrob.timing.losses import FeedLoss, feed_losses, lost_by_axis
+from camrob.timing.losses import PROGRAMMED_FEED, FeedLoss, feed_losses, lost_by_axis
 from camrob.timing.straight_pieces import PathRates, path_rates
 
 __all__ = ["CAUSES", "Timing", "exact_stops", "program_time"]
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 CAUSES = (
-    "programmed feed",
+    PROGRAMMED_FEED,
     "exact stop",
     "tool acceleration",
     "tool rotation speed",

@@ -25,7 +25,7 @@ def axis_path(count=2, **series):
     return CELL.to_q(values)
 
 
-def run(q, *, inv_kf=None, cutting=None, line=None, straight=None, cell=CELL):
+def run(q, *, inv_kf=None, cutting=None, line=None, cell=CELL):
     m = len(q)
     return check_margins(
         cell,
@@ -34,7 +34,6 @@ def run(q, *, inv_kf=None, cutting=None, line=None, straight=None, cell=CELL):
         cutting=np.ones(m, bool) if cutting is None else cutting,
         line=np.arange(10, 10 + m) if line is None else line,
         region=np.zeros(m, int),
-        straight=straight,
     )
 
 
@@ -74,14 +73,14 @@ def test_close_to_a_limit_is_a_remark_and_on_the_limit_no_violation():
 
 def test_axes_with_reversed_sign_and_endless_ones():
     """A5 counts against its row's angle; the table has no margin however far it turns."""
-    report = run(axis_path(2, A5=[-100, -134], E2=[0, 3600]), straight=np.zeros(2, bool))
+    report = run(axis_path(2, A5=[-100, -134], E2=[0, 3600]))
     assert report.margin_min["A5"] == pytest.approx(1.0) and report.margin_at["A5"] == 1
     assert report.margin_min["E2"] is None and report.margin_at["E2"] == -1
 
 
 def test_singular_postures_are_counted():
     q = axis_path(4, A5=[30, 0.0, 0.1, 30])
-    report = run(q, straight=np.zeros(4, bool))
+    report = run(q)
     assert report.singular == 2 and report.inv_kf_at == 1 and report.inv_kf_min == pytest.approx(0, abs=1e-6)
     finding = next(f for f in report.findings if f.code == "singular")
     assert finding.count == 2 and finding.point == 1 and finding.severity is Severity.ERROR
@@ -94,7 +93,7 @@ def test_a_wrist_flip_is_a_jump_and_a_long_step_is_none():
     finding = next(f for f in flip.findings if f.code == "jump")
     assert finding.axis in ("A4", "A6") and finding.value == pytest.approx(180.0) and finding.line == 11
     assert flip.axis_step_deg_max == pytest.approx(180.0) and flip.midpoint_mm_max > 50.0
-    assert run(axis_path(2, A4=[0, 180], A5=[60, -60], A6=[0, -180]), straight=[False, False]).jumps.size == 0
+    assert run(axis_path(2, A4=[0, 180], A5=[60, -60], A6=[0, -180]), cutting=[False, False]).jumps.size == 0
     sweep = run(axis_path(2, A1=[0, 30]))
     assert sweep.jumps.size == 0 and sweep.axis_step_deg_max == pytest.approx(30.0)
 
@@ -108,7 +107,7 @@ def test_midpoint_deviation_of_a_turn_about_a1_is_the_arcs_sagitta():
 
 def test_external_travel_counts_cutting_moves_alone_and_both_ways():
     q = axis_path(4, E1=[0, 10, -5, 95], E2=[0, 90, 90, 0])
-    report = run(q, cutting=[True, True, True, False], straight=np.zeros(4, bool))
+    report = run(q, cutting=[True, True, True, False])
     assert report.external_travel["E1_mm"] == pytest.approx(25.0)
     assert report.external_travel["E2_deg"] == pytest.approx(90.0)
 

@@ -58,14 +58,14 @@ def _layout(x: str, y: str, height: int = 340) -> Chart:
     }
 
 
-def _chart(id_: str, title: str, caption: str, traces: list[Chart], layout: Chart, ruler: str = "") -> Chart:
+def _chart(id_: str, title: str, caption: str, traces: list[Chart], layout: Chart) -> Chart:
     return {
         "id": id_,
         "title": title,
         "caption": caption,
         "traces": traces,
         "layout": layout,
-        "ruler": ruler or id_,
+        "ruler": id_,
     }
 
 

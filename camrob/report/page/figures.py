@@ -35,6 +35,8 @@ _COLORS = ("#e08a1e", "#8a63d2", "#8a93a0", "#b5651d")
 _POINTS = 4000  # more than a figure has pixels across
 _DPI = 160  # a page's width at twice a screen's resolution
 _SIDES = 120  # of a cylinder
+# where the eye stands: turned from the line robot to tool, and so high above it
+_TURN, _ABOVE = deg_to_rad(-58.0), 0.52
 _FLOOR = 1.4  # m of floor round all that moves
 _PATH_WIDTH_PX = 2.4
 _FADE = (0.6, 1.3)  # m from the middle where floor and track begin to fade and are gone
@@ -104,17 +106,13 @@ def figure_overview(
     point: int,
     part_mesh: Array | None = None,
     base_T_part: Array | None = None,
-    turn_deg: float = -58.0,
 ) -> None:
     """Writes a picture of the cell at a point of the path: bodies, part, and the path coloured by 1/k_F.
 
-    part_mesh: triangles (T, 3, 3) in its own frame, m, placed by base_T_part (the identity by default). turn_deg: how far the eye
-    stands to the side of the line from the robot to the tool, seen from above.
+    part_mesh: triangles (T, 3, 3) in its own frame, m, placed by base_T_part (the identity by default).
     """
     poses = {name: poses_[0] for name, poses_ in world_T_frames(cell, solution.q[point][None]).items()}
-    away = poses["tool"][:2, 3] - poses["root"][:2, 3]
-    heading = np.arctan2(away[1], away[0]) + deg_to_rad(turn_deg)
-    towards_eye = np.array([np.cos(heading), np.sin(heading), 0.52])
+    towards_eye = _towards_eye(poses)
     colors = LinearSegmentedColormap.from_list("kf", _SCALE)
     norm = Normalize(0.0, 1.6 * cell.resolve.threshold)
     bodies = _body_facets(cell, poses, part_mesh, np.eye(4) if base_T_part is None else base_T_part)
@@ -148,14 +146,12 @@ def figure_overview(
     _save(figure, file)
 
 
-def place_picture(cell: Cell, q: Array, base_p: Array, shown: NDArray[np.bool_], *, turn_deg: float = -58.0) -> bytes:
+def place_picture(cell: Cell, q: Array, base_p: Array, shown: NDArray[np.bool_]) -> bytes:
     """A PNG of the cell in a posture q (n,), and of what is about the tool's tip, at which is a red ball; the way base_p (N, 3)
-    of the tip in grey, where a move to a point is shown (N,). turn_deg: as of `figure_overview`.
+    of the tip in grey, where a move to a point is shown (N,).
     """
     poses = {name: poses_[0] for name, poses_ in world_T_frames(cell, q[None]).items()}
-    away = poses["tool"][:2, 3] - poses["root"][:2, 3]
-    heading = np.arctan2(away[1], away[0]) + deg_to_rad(turn_deg)
-    towards_eye = np.array([np.cos(heading), np.sin(heading), 0.52])
+    towards_eye = _towards_eye(poses)
     bodies = _body_facets(cell, poses, None, np.eye(4))
     moving = [f.corners.reshape(-1, 3) for name, f in bodies if name != "world"]
     tip = poses["tool"][:3, 3]
@@ -173,6 +169,13 @@ def place_picture(cell: Cell, q: Array, base_p: Array, shown: NDArray[np.bool_],
     file = BytesIO()
     imsave(file, np.ascontiguousarray(np.clip(np.hstack(pictures), 0.0, 1.0)), format="png")
     return file.getvalue()
+
+
+def _towards_eye(poses: Mapping[str, Array]) -> Array:
+    """The way (3,) to the eye in `world`: to the side of the line from the robot to the tool, and from above."""
+    away = poses["tool"][:2, 3] - poses["root"][:2, 3]
+    heading = np.arctan2(away[1], away[0]) + _TURN
+    return np.array([np.cos(heading), np.sin(heading), _ABOVE])
 
 
 def _framed(p: Array, towards_eye: Array, pixels: tuple[int, int], room: float) -> tuple[Array, float]:
