@@ -17,7 +17,6 @@ from camrob.cell.redundancy_settings import ResolveSettings
 from camrob.cell.shape import Shape
 from camrob.errors import CellError
 from camrob.frozen import digest, leaves, locked
-from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["POSTED_ARM", "Cell"]
 
@@ -170,7 +169,7 @@ class Cell:
             i = self.index(name)
             joint = self.joints[i]
             value = joint.axis_value(q[..., i])
-            out[..., k] = m_to_mm(value) if joint.prismatic else rad_to_deg(value)
+            out[..., k] = joint.to_edge(value)
         return out
 
     def to_q(self, axis_values: Array, *, roll: float = 0.0) -> Array:
@@ -181,7 +180,7 @@ class Cell:
             i = self.index(name)
             joint = self.joints[i]
             value = values[..., k]
-            q[..., i] = joint.q_value(mm_to_m(value) if joint.prismatic else deg_to_rad(value))
+            q[..., i] = joint.q_value(joint.from_edge(value))
         return q
 
     @property

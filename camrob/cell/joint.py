@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.frozen import locked
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["Joint", "Role", "dh_after", "dh_before"]
 
 Array = NDArray[np.float64]
+Value = TypeVar("Value", float, NDArray[np.float64])
 
 
 class Role(StrEnum):
@@ -76,6 +79,24 @@ class Joint:
     def q_value(self, axis_value: Array) -> Array:
         """The chain's q of axis values (SI)."""
         return self.sign * (axis_value - self.offset)
+
+    @property
+    def unit(self) -> str:
+        """The trade's unit of its values as keys and columns end: "mm" or "deg"."""
+        return "mm" if self.prismatic else "deg"
+
+    @property
+    def unit_word(self) -> str:
+        """The trade's unit of its values as a sentence has it: "mm" or "degrees"."""
+        return "mm" if self.prismatic else "degrees"
+
+    def to_edge(self, value: Value) -> Value:
+        """mm or degrees of a value of this joint in m or rad, be it a place, a way or a speed."""
+        return m_to_mm(value) if self.prismatic else rad_to_deg(value)
+
+    def from_edge(self, value: Value) -> Value:
+        """m or rad of a value of this joint in mm or degrees."""
+        return mm_to_m(value) if self.prismatic else deg_to_rad(value)
 
     def motion(self, q: Array) -> Array:
         """The joint's own motion (..., 4, 4) along or about its z, of q (...)."""

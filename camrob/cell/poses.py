@@ -158,7 +158,7 @@ def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
 
 def _axis_columns(cell: Cell) -> tuple[str, ...]:
     """Columns of the axis values, in the order of `Cell.axis_names`."""
-    return tuple(f"{n}_{'mm' if cell.joints[cell.index(n)].prismatic else 'deg'}" for n in cell.axis_names)
+    return tuple(f"{n}_{cell.joints[cell.index(n)].unit}" for n in cell.axis_names)
 
 
 def _q_columns(cell: Cell) -> tuple[str, ...]:
@@ -224,7 +224,7 @@ def _posture(cell: Cell, row: _Row, path: Path, bounds: PoseBounds) -> tuple[Arr
         for i, value in zip(real, stated, strict=True):
             joint, off = cell.joints[i], abs(float(q[i] - value))
             if off > (bounds.position if joint.prismatic else bounds.angle):
-                by = f"{m_to_mm(off):.3f} mm" if joint.prismatic else f"{rad_to_deg(off):.3f} degrees"
+                by = f"{joint.to_edge(off):.3f} {joint.unit_word}"
                 return q, (
                     f"has axis values whose {joint.name} is {by} off its q: sign or offset of the axis is not the file's"
                 )

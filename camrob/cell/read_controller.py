@@ -6,7 +6,6 @@ from camrob.cell.controller_settings import ControllerSettings
 from camrob.cell.joint import Joint, Role
 from camrob.errors import CellError
 from camrob.toml.table_reader import TableReader
-from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["read_controller"]
 
@@ -75,7 +74,7 @@ def _pose(table: TableReader, key: str, joints: tuple[Joint, ...]) -> tuple[floa
     axes = sorted((j for j in joints if j.role is not Role.ROLL), key=lambda j: (j.role is not Role.ARM, j.name))
     values = table.vector(key, len(axes))
     for joint, value in zip(axes, values, strict=True):
-        si = mm_to_m(float(value)) if joint.prismatic else deg_to_rad(float(value))
+        si = joint.from_edge(float(value))
         if not joint.lower <= si <= joint.upper:
             raise table.fail(key, f"{joint.name} {value:g} lies outside the axis's range", "correct it or limits")
     return tuple(float(v) for v in values)

@@ -179,26 +179,32 @@ def _limit(joint: Joint, q: Array, outside: Mask, places: _Places, findings: lis
     margin = np.minimum(values - joint.lower, joint.upper - values)
     point = int(np.argmin(margin))
     least = float(margin[point])
-    shown = m_to_mm if joint.prismatic else rad_to_deg
-    unit = "mm" if joint.prismatic else "degrees"
     near = _NEAR_SLIDE if joint.prismatic else _NEAR_TURN
     passed = margin < -_OVER
     outside |= passed
-    limit = shown(joint.lower if values[point] - joint.lower < joint.upper - values[point] else joint.upper)
-    value = shown(float(values[point]))
+    limit = joint.to_edge(joint.lower if values[point] - joint.lower < joint.upper - values[point] else joint.upper)
+    value = joint.to_edge(float(values[point]))
     if passed.any():
         said = "axis-limit", f"{joint.name} is past its limit", Severity.ERROR, passed
     elif least < near:
         said = "axis-margin", f"{joint.name} comes close to its limit", Severity.INFO, margin < near
     else:
-        return shown(least), point
+        return joint.to_edge(least), point
     code, text, severity, where = said
     findings.append(
         places.finding(
-            code, text, severity, point, axis=joint.name, value=value, limit=limit, unit=unit, count=int(where.sum())
+            code,
+            text,
+            severity,
+            point,
+            axis=joint.name,
+            value=value,
+            limit=limit,
+            unit=joint.unit_word,
+            count=int(where.sum()),
         )
     )
-    return shown(least), point
+    return joint.to_edge(least), point
 
 
 def _jumps(
@@ -264,6 +270,6 @@ def _travel(cell: Cell, q: Array, cut: Mask) -> dict[str, float]:
     for name in cell.external_names:
         index = cell.index(name)
         total = float(np.abs(np.diff(q[:, index]))[cut[1:]].sum())
-        prismatic = cell.joints[index].prismatic
-        out[f"{name}_mm" if prismatic else f"{name}_deg"] = m_to_mm(total) if prismatic else rad_to_deg(total)
+        joint = cell.joints[index]
+        out[f"{name}_{joint.unit}"] = joint.to_edge(total)
     return out

@@ -15,7 +15,7 @@ from camrob.findings import Finding, Severity
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.units import m_to_mm
 
 __all__ = ["Judgement", "judge"]
 
@@ -99,11 +99,9 @@ def _limits(program: ProgramText, replay: Replay) -> list[Finding]:
         if len(beyond):
             row = int(beyond[np.argmin(margin[beyond, i])])
             first = int(beyond[0])
-            scale = m_to_mm(1.0) if joint.prismatic else rad_to_deg(1.0)
-            over = -float(margin[row, i]) * scale
-            unit = "mm" if joint.prismatic else "degrees"
-            text = f"{joint.name} passes its limit by up to {over:.4f} {unit}"
-            found = _error(program, first, "axis-limit", text, len(beyond), over, limit=0.0, unit=unit)
+            over = -joint.to_edge(float(margin[row, i]))
+            text = f"{joint.name} passes its limit by up to {over:.4f} {joint.unit_word}"
+            found = _error(program, first, "axis-limit", text, len(beyond), over, limit=0.0, unit=joint.unit_word)
             findings.append(replace(found, axis=joint.name))
     return findings
 
@@ -186,7 +184,5 @@ def _margins(replay: Replay) -> dict[str, float | None]:
     for name in replay.cell.axis_names:
         i = replay.cell.index(name)
         joint = replay.cell.joints[i]
-        out[name] = (
-            None if joint.endless else (m_to_mm(float(least[i])) if joint.prismatic else rad_to_deg(float(least[i])))
-        )
+        out[name] = None if joint.endless else joint.to_edge(float(least[i]))
     return out

@@ -12,7 +12,7 @@ from camrob.findings import Finding, Severity
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import angle_between
-from camrob.units import deg_to_rad, m_to_mm, rad_to_deg
+from camrob.units import deg_to_rad
 
 __all__ = ["axis_jumps"]
 
@@ -56,8 +56,8 @@ def axis_jumps(
         leaps = np.flatnonzero(step > allowed)
         if len(leaps):
             worst = leaps[np.argmax(step[leaps])]
-            scale, unit = (m_to_mm(1.0), "mm") if joint.prismatic else (rad_to_deg(1.0), "degrees")
-            far, limit = float(step[worst]) * scale, float(allowed[worst]) * scale
+            unit = joint.unit_word
+            far, limit = joint.to_edge(float(step[worst])), joint.to_edge(float(allowed[worst]))
             text = f"{joint.name} leaps by {far:.1f} {unit} within one motion"
             findings.append(
                 Finding(

@@ -32,7 +32,7 @@ from camrob.redundancy.tuning.fitted_weights import (
 )
 from camrob.redundancy.tuning.merit import Merit
 from camrob.summaries.tune_summary import TunedFigures, TunedWay, TuneSummary
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.units import rad_to_deg
 
 __all__ = ["TuneEnginesResult", "tune_engines"]
 
@@ -227,9 +227,7 @@ def _figures(judge: Judge, weightings: Sequence[Weighting]) -> TunedFigures:
 
     joints = {j.name: j for j in judge.cell.joints}
     travel = {
-        f"{name}_mm" if joints[name].prismatic else f"{name}_deg": round(
-            float(np.mean([(m_to_mm if joints[name].prismatic else rad_to_deg)(m.travel[name]) for m in met])), 2
-        )
+        f"{name}_{joints[name].unit}": round(float(np.mean([joints[name].to_edge(m.travel[name]) for m in met])), 2)
         for name in judge.cell.external_names
         if met
     }

@@ -11,7 +11,7 @@ from camrob.cell.joint import Joint, Role
 from camrob.cell.setup import Setup
 from camrob.findings import Finding
 from camrob.toolpath.toolpath import Toolpath
-from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_to_m, rad_to_deg
+from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_to_m
 
 __all__ = ["doubtful_cell", "doubtful_setup"]
 
@@ -31,15 +31,15 @@ def _limits(joint: Joint) -> Iterator[Finding]:
     """The range and the speed of a real axis."""
     if joint.role is Role.ROLL or (joint.role is Role.WORKPIECE and not joint.prismatic):
         return  # a table may turn as slowly, and as little, as it likes
-    shown, unit, other = (m_to_mm, "mm", "metres") if joint.prismatic else (rad_to_deg, "degrees", "radians")
+    unit, other = joint.unit_word, "metres" if joint.prismatic else "radians"
     least_way, least_speed = (_METRES, _METRES) if joint.prismatic else (_RADIANS, _SLOW)
     hint = f"looks like {other}: cell.toml gives {unit}"
     if joint.upper - joint.lower < least_way:
-        lower, upper = (float(shown(v)) for v in (joint.lower, joint.upper))
+        lower, upper = joint.to_edge(joint.lower), joint.to_edge(joint.upper)
         text = f"the range of {joint.name}, {lower:.4g} to {upper:.4g}, {hint}"
         yield Finding("limit-unit", text, axis=joint.name, value=upper - lower, unit=unit)
     if joint.speed < least_speed:
-        speed = float(shown(joint.speed))
+        speed = joint.to_edge(joint.speed)
         yield Finding("limit-unit", f"the speed of {joint.name}, {speed:.4g}, {hint} a second", axis=joint.name)
 
 

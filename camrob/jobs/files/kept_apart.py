@@ -18,7 +18,6 @@ from camrob.checks.collisions import check_collisions
 from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.jobs.files.inputs import JobInputs
-from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["Kept", "kept_apart"]
 
@@ -143,5 +142,5 @@ def _narrowed(joint: Joint, low: float, high: float, home: float) -> Joint:
 
 
 def _range(joint: Joint) -> str:
-    low, high = (float(m_to_mm(v) if joint.prismatic else rad_to_deg(v)) for v in (joint.lower, joint.upper))
-    return f"{joint.name} is kept to {low:.0f} to {high:.0f} {'mm' if joint.prismatic else 'degrees'}"
+    low, high = joint.to_edge(joint.lower), joint.to_edge(joint.upper)
+    return f"{joint.name} is kept to {low:.0f} to {high:.0f} {joint.unit_word}"

@@ -151,21 +151,20 @@ def straightened_by(measured: Cell, programmed: Cell) -> float:
 
 def _joint(joint: Joint, row: DhRow, home: float) -> str:
     """One [[joint]]."""
-    unit, scale = ("mm", m_to_mm) if joint.prismatic else ("deg", rad_to_deg)
     wide, usual = _WIDE[joint.prismatic], _SPEED[joint.prismatic]
     speed = joint.speed if np.isfinite(joint.speed) else usual
     return _JOINT.format(
         name=joint.name,
         role=joint.role.value,
         type="prismatic" if joint.prismatic else "revolute",
-        unit=unit,
+        unit=joint.unit,
         alpha=_number(rad_to_deg(row.alpha)),
         a=_number(m_to_mm(row.a)),
         theta=_number(rad_to_deg(row.theta)),
         d=_number(m_to_mm(row.d)),
-        home=f"{float(scale(home)):.1f}",
-        ends=_row(_least(scale(np.clip([joint.q_lower, joint.q_upper], -wide, wide)))),
-        speed=_number(most := float(_least(scale(speed)))),
+        home=f"{joint.to_edge(home):.1f}",
+        ends=_row(_least(joint.to_edge(np.clip([joint.q_lower, joint.q_upper], -wide, wide)))),
+        speed=_number(most := float(_least(joint.to_edge(speed)))),
         rate=_number(round(_QUICK * most, 1)),
         jerk=_number(round(10.0 * _QUICK * most, 1)),
         limits="assumed" if joint.endless or not np.isfinite(joint.speed) else "datasheet",

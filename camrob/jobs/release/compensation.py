@@ -123,13 +123,13 @@ def _axes(cell: Cell, correction: Array, line: NDArray[np.int64]) -> dict[str, A
     out: dict[str, AxisCorrection] = {}
     for name in cell.axis_names:
         size = np.abs(correction[:, cell.index(name)])
-        prismatic = cell.joints[cell.index(name)].prismatic
-        scaled = m_to_mm(size) if prismatic else rad_to_deg(size)
+        joint = cell.joints[cell.index(name)]
+        scaled = joint.to_edge(size)
         at = int(np.argmax(scaled))
         mean, most, worst = float(scaled.mean()), float(scaled[at]), int(line[at])
         out[name] = (
             AxisCorrection(mean_mm=mean, max_mm=most, line=worst)
-            if prismatic
+            if joint.prismatic
             else AxisCorrection(mean_deg=mean, max_deg=most, line=worst)
         )
     return out

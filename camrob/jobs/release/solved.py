@@ -14,7 +14,7 @@ from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
-from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m
 
 __all__ = ["POINT_ENDS_MM", "POSTURE_DEG", "POSTURE_MM", "hold_to_solution"]
 
@@ -63,8 +63,7 @@ def hold_to_solution(
         worst = int(np.argmax(off(own[k : k + 1], row[k : k + 1], np.asarray(solution.q))))
         joint = cell.joints[real[worst]]
         apart_by = float(np.abs(replay.q[row[k], real[worst]] - solution.q[own[k], real[worst]]))
-        value, unit = (m_to_mm(apart_by), "mm") if joint.prismatic else (rad_to_deg(apart_by), "degrees")
-        what = f"{joint.name} is not where it was solved to be, by {value:.4f} {unit}"
+        what = f"{joint.name} is not where it was solved to be, by {joint.to_edge(apart_by):.4f} {joint.unit_word}"
         findings.append(Finding("not-as-solved", what, Severity.ERROR, line=int(text.line[row[k]]), axis=joint.name))
     return findings + _said_twice(text)
 

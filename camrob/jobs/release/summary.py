@@ -220,11 +220,8 @@ def _accuracy(plan: PlanAccuracy) -> AccuracyFigures:
 
 def _edge_travel(inputs: JobInputs, travel: Mapping[str, float]) -> dict[str, float]:
     """External travel by axis, mm or degrees, with the unit in the key."""
-    prismatic = {j.name: j.prismatic for j in inputs.cell.joints}
-    return {
-        f"{name}_{'mm' if prismatic[name] else 'deg'}": round(m_to_mm(v) if prismatic[name] else rad_to_deg(v), 3)
-        for name, v in travel.items()
-    }
+    joints = {j.name: j for j in inputs.cell.joints}
+    return {f"{name}_{joints[name].unit}": round(joints[name].to_edge(v), 3) for name, v in travel.items()}
 
 
 def _regions(inputs: JobInputs, solution: Solution) -> list[RegionFigures]:

@@ -15,7 +15,7 @@ from camrob.redundancy.solution import Solution
 from camrob.report.page.html import plot_text
 from camrob.report.page.pack import packed_floats, packed_integers
 from camrob.report.page.thinning import curve_indices
-from camrob.units import m_s_to_mm_min, m_to_mm, rad_to_deg
+from camrob.units import m_s_to_mm_min, m_to_mm
 
 __all__ = [
     "Along",
@@ -269,8 +269,7 @@ def axis_limits(cell: Cell) -> dict[str, tuple[float, float]]:
     limits = {}
     for name in cell.axis_names:
         joint = cell.joints[cell.index(name)]
-        to_edge = m_to_mm if joint.prismatic else rad_to_deg
-        limits[name] = (float(to_edge(joint.lower)), float(to_edge(joint.upper)))
+        limits[name] = (joint.to_edge(joint.lower), joint.to_edge(joint.upper))
     return limits
 
 
@@ -287,8 +286,8 @@ def _subplots(cell: Cell, along: Along, values: Mapping[str, Array], *, columns:
     layout: Chart = {"height": height, "hovermode": "x", "showlegend": False, "shapes": along.bands(ids)}
     for k, name in enumerate(names):
         axes, row, column = ids[k], k // columns, k % columns
-        prismatic = cell.joints[cell.index(name)].prismatic
-        unit, mark = ("mm", " mm") if prismatic else ("deg", "°")
+        unit = cell.joints[cell.index(name)].unit
+        mark = " mm" if unit == "mm" else "°"
         y, (lower, upper) = values[name], limits[name]
         template = f"{name} %{{y:.2f}}{mark}<extra>%{{text}}</extra>"
         traces.append(along.curve(y, name, template=template, color=_MAIN, axes=axes))

@@ -151,7 +151,6 @@ def timeline_data(
     for name in cell.axis_names:
         k = cell.index(name)
         joint = cell.joints[k]
-        to_edge = m_to_mm if joint.prismatic else rad_to_deg
         # of q as it is sent: mm stay mm, radians become degrees
         factor = joint.sign * (1.0 if joint.prismatic else float(rad_to_deg(1.0)))
         unit = "mm" if joint.prismatic else "°"
@@ -162,7 +161,7 @@ def timeline_data(
                 "limits": list(limits[name]),
                 "joint": k,
                 "factor": factor,
-                "offset": float(to_edge(joint.offset)),
+                "offset": joint.to_edge(joint.offset),
             }
         )
     return {

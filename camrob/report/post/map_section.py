@@ -12,7 +12,6 @@ from camrob.redundancy.redundancy_map import BEYOND_LIMIT, ELSEWHERE, OUT_OF_REA
 from camrob.redundancy.solution import Solution
 from camrob.report.page.pack import packed_integers
 from camrob.report.page.path_charts import Along, Chart
-from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["map_chart"]
 
@@ -115,10 +114,9 @@ def _axis(cell: Cell, freedom: FreedomMap, solution: Solution) -> tuple[str, Arr
     """A freedom's unit, values (M,) and chosen values (N,) as the controller counts them."""
     joint = cell.joints[freedom.joint]
     q = np.asarray(solution.q)[:, freedom.joint]
-    to_edge, unit = (m_to_mm, "mm") if joint.prismatic else (rad_to_deg, "deg")
     named = joint.name in cell.axis_names
-    values, chosen = (np.asarray(to_edge(joint.axis_value(x) if named else x)) for x in (freedom.values, q))
-    return unit, values, chosen
+    values, chosen = (np.asarray(joint.to_edge(joint.axis_value(x) if named else x)) for x in (freedom.values, q))
+    return joint.unit, values, chosen
 
 
 def _map(freedom: FreedomMap, values: Array, axes: str, highest: float, threshold: float) -> dict[str, Any]:
