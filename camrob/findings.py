@@ -8,7 +8,7 @@ from enum import StrEnum
 
 from camrob.text import one_line
 
-__all__ = ["Finding", "Severity", "collapse"]
+__all__ = ["Finding", "Severity", "collapse", "first_error"]
 
 
 _LONGEST = 700  # characters of a finding: it can be read on a terminal
@@ -48,6 +48,11 @@ class Finding:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "text", one_line(self.text, _LONGEST))
+
+
+def first_error(findings: Iterable[Finding]) -> Finding | None:
+    """The first finding that stops the release of a program; None where none does."""
+    return next((f for f in findings if f.severity is Severity.ERROR), None)
 
 
 def collapse(findings: Iterable[Finding]) -> list[Finding]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
 from camrob.controller.pose_kernel import circle
-from camrob.findings import Finding, Severity
+from camrob.findings import Finding, Severity, first_error
 from camrob.program.motion import Motion
 from camrob.triples import between, cross, dot, gap2
 from camrob.units import m_to_mm, rad_to_deg
@@ -45,7 +45,7 @@ class Coverage:
     @property
     def good(self) -> bool:
         """True where no finding is an error."""
-        return not any(f.severity is Severity.ERROR for f in self.findings)
+        return first_error(self.findings) is None
 
 
 @part

@@ -11,7 +11,7 @@ from camrob.cell.joint import Role
 from camrob.controller.against import Coverage
 from camrob.controller.jumps import axis_jumps
 from camrob.controller.replay import Replay
-from camrob.findings import Finding, Severity
+from camrob.findings import Finding, Severity, first_error
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -46,7 +46,7 @@ class Judgement:
     @property
     def good(self) -> bool:
         """True where nothing stands against the program."""
-        return not any(f.severity is Severity.ERROR for f in self.findings)
+        return first_error(self.findings) is None
 
 
 def judge(

@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.controller.interpolate import ARC, LINE, PTP, Machine, Motions, lay_motions, nearest_to_corner
 from camrob.controller.motion_settings import MotionSettings
-from camrob.controller.replay import Replay
+from camrob.controller.replay import Replay, constant_transforms
 from camrob.errors import CellError
 from camrob.frozen import locked
 from camrob.kinematics.arm import Arm
@@ -72,7 +72,7 @@ def machine_of(cell: Cell) -> Machine:
     if not cell.base_follows_table:
         for i in cell.indices(Role.WORKPIECE):
             held[i] = float(cell.joints[i].q_value(np.zeros(())))
-    return Machine(chain_arrays(cell), _fixed(cell, carrying), closed, held)
+    return Machine(chain_arrays(cell), constant_transforms(cell, carrying), closed, held)
 
 
 def carrier_of(cell: Cell) -> tuple[ChainArrays, Array, Array] | None:
@@ -84,16 +84,7 @@ def carrier_of(cell: Cell) -> tuple[ChainArrays, Array, Array] | None:
     for i in workpiece:
         zero[i] = float(cell.joints[i].q_value(np.zeros(())))
     count = workpiece[-1] + 1
-    return chain_arrays(cell)._replace(arm_start=count), _fixed(cell, count), zero
-
-
-def _fixed(cell: Cell, count: int) -> Array:
-    """Constant transforms (count + 1, 4, 4) before, between and behind the chain's first joints."""
-    fixed = [np.asarray(cell.base_T_first)]
-    for joint in cell.joints[:count]:
-        fixed[-1] = fixed[-1] @ joint.before
-        fixed.append(np.asarray(joint.after))
-    return np.stack(fixed)
+    return chain_arrays(cell)._replace(arm_start=count), constant_transforms(cell, count), zero
 
 
 def lay_out(program: ProgramText, replay: Replay, settings: MotionSettings) -> Layout:

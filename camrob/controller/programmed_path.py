@@ -11,8 +11,6 @@ from camrob.controller.interpolate import ARC, PTP
 from camrob.controller.layout import REACH, Layout, lay_out
 from camrob.controller.motion_settings import motion_settings
 from camrob.controller.replay import Replay
-from camrob.errors import UnreachableError
-from camrob.findings import Severity
 from camrob.frozen import locked
 from camrob.kinematics.frames import base_T_tool, seen_by_program
 from camrob.program.program_text import ProgramText
@@ -48,9 +46,7 @@ def programmed_path(program: ProgramText, replayed: Replay, *, distance: float |
     distance: m of rounding off, throughout instead of the program's own; 0 for no rounding of any kind. Raises UnreachableError
     where the replay could not follow the program, and ProgramError for settings that no controller takes.
     """
-    for finding in replayed.findings:
-        if finding.severity is Severity.ERROR:
-            raise UnreachableError(finding.text, line=finding.line)
+    replayed.demand_followed()
     settings = motion_settings(program, replayed.cell)
     if distance is not None:
         settings = replace(settings, distance=np.full(len(program), distance))

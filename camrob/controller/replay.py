@@ -17,8 +17,8 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import frame_of
 from camrob.cell.status_turn import StatusTurn
 from camrob.controller.replay_kernel import CODES, ReplayArm, ReplayRun, replay_run
-from camrob.errors import ProgramError
-from camrob.findings import Finding, Severity
+from camrob.errors import ProgramError, UnreachableError
+from camrob.findings import Finding, Severity, first_error
 from camrob.frozen import locked, sealed
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -30,7 +30,7 @@ from camrob.progress import Share
 from camrob.se3 import abc_to_rotation, inverse, pose
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["Replay", "base_offsets", "base_poses", "program_cell", "program_cells", "replay"]
+__all__ = ["Replay", "base_offsets", "base_poses", "constant_transforms", "program_cell", "program_cells", "replay"]
 
 Array = NDArray[np.float64]
 
@@ -74,6 +74,11 @@ class Replay:
     def cells(self) -> tuple[Cell, ...]:
         """The cell with each of the program's tools, as `mounted` counts them."""
         return (self.cell, *self.others)
+
+    def demand_followed(self) -> None:
+        """Raise UnreachableError where the replay could not follow the program."""
+        if (finding := first_error(self.findings)) is not None:
+            raise UnreachableError(finding.text, line=finding.line)
 
     def one_tool(self, program: ProgramText) -> Cell:
         """The cell with the program's only tool. Raises ProgramError where it sets several."""
@@ -217,11 +222,10 @@ def _check_axes(program: ProgramText, cell: Cell) -> None:
         )
 
 
-def _foot_transforms(cell: Cell) -> Array:
-    """Constant transforms (k + 1, 4, 4) before, between and behind the k joints that carry the arm's foot."""
-    carrying = cell.joints[: cell.arm_slice.start]
+def constant_transforms(cell: Cell, count: int) -> Array:
+    """Constant transforms (count + 1, 4, 4) before, between and behind the chain's first joints."""
     fixed = [np.asarray(cell.base_T_first)]
-    for joint in carrying:
+    for joint in cell.joints[:count]:
         fixed[-1] = fixed[-1] @ joint.before
         fixed.append(np.asarray(joint.after))
     return np.stack(fixed)
@@ -252,7 +256,9 @@ class _Run:
         self.arm = Arm.of(cell)
         self.status_turn = StatusTurn.of(cell) if self.arm.closed is not None else None
         chain = chain_arrays(cell)
-        self.kernel = ReplayArm(chain, _foot_transforms(cell), *self.arm.kernel(), cell.q_lower, cell.q_upper)
+        self.kernel = ReplayArm(
+            chain, constant_transforms(cell, cell.arm_slice.start), *self.arm.kernel(), cell.q_lower, cell.q_upper
+        )
 
     def mount(self, cells: tuple[Cell, ...], mounted: NDArray[np.int32], begin: int, stop: int) -> None:
         """Take the tool of motions begin .. stop. Raises ProgramError where a LIN or CIRC among them is made with another one.

@@ -26,7 +26,7 @@ from camrob.controller.pieces import course_of, cut, motion_ends
 from camrob.controller.replay import Replay, replay
 from camrob.controller.speed_profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
 from camrob.errors import ProgramError, UnreachableError
-from camrob.findings import Finding, Severity
+from camrob.findings import Finding
 from camrob.frozen import locked
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
@@ -120,22 +120,25 @@ class Timetable:
 def timetable(program: ProgramText, replayed: Replay) -> Timetable:
     """When a replayed program passes its places, without the rows of a log. Raises what `simulate` does."""
     settings = motion_settings(program, replayed.cell)
-    _demand_followed(replayed)
+    replayed.demand_followed()
     return _Run(program, replayed, settings, CYCLE, None).timetable()
 
 
 def approximation(program: ProgramText, replayed: Replay) -> Approximation:
     """The largest deviation of a replayed program's roundings from its corners. Raises what `simulate` does."""
-    settings = motion_settings(program, replayed.cell)
-    _demand_followed(replayed)
-    return _approximation(program, lay_out(program, replayed, settings))
+    return _approximation(program, _laid_out(program, replayed)[0])
 
 
 def blocks_of(program: ProgramText, replayed: Replay) -> ShortBlocks | None:
     """The motions of a replayed program that are too short for the controller. Raises what `simulate` does."""
+    return short_blocks(replayed.cell, *_laid_out(program, replayed))
+
+
+def _laid_out(program: ProgramText, replayed: Replay) -> tuple[Layout, MotionSettings]:
+    """The path of a replayed program, and the settings that it runs with."""
     settings = motion_settings(program, replayed.cell)
-    _demand_followed(replayed)
-    return short_blocks(replayed.cell, lay_out(program, replayed, settings), settings)
+    replayed.demand_followed()
+    return lay_out(program, replayed, settings), settings
 
 
 def _approximation(program: ProgramText, layout: Layout) -> Approximation:
@@ -145,13 +148,6 @@ def _approximation(program: ProgramText, layout: Layout) -> Approximation:
         return Approximation(corners, 0.0, 0)
     worst = int(np.argmax(deviation))
     return Approximation(corners, float(deviation[worst]), int(program.line[layout.row[worst + 1]]))
-
-
-def _demand_followed(replayed: Replay) -> None:
-    """Raise UnreachableError where the replay could not follow the program."""
-    for finding in replayed.findings:
-        if finding.severity is Severity.ERROR:
-            raise UnreachableError(finding.text, line=finding.line)
 
 
 def simulate(program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress: Share | None = None) -> Simulation:
@@ -165,7 +161,7 @@ def simulate(program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress
         raise ValueError(f"cycle is {cycle}, a positive number of seconds is needed")
     settings = motion_settings(program, cell)
     replayed = replay(program, cell, progress=None if progress is None else lambda share: progress(0.3 * share))
-    _demand_followed(replayed)
+    replayed.demand_followed()
     return _Run(program, replayed, settings, cycle, progress).result()
 
 

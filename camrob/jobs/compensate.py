@@ -18,7 +18,7 @@ from camrob.cell.cell import Cell
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, VerificationError
-from camrob.findings import Severity
+from camrob.findings import Severity, first_error
 from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
@@ -226,8 +226,8 @@ def _save_path(file: Path, cell: Cell, q: Array, text: ProgramText) -> None:
 
 def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: ProgramText) -> Array:
     """Errors (N, 2) of the calibrated robot in the written program. Raises VerificationError where it deviates."""
-    if len(replayed.q) != len(targets) or any(f.severity is Severity.ERROR for f in replayed.findings):
-        stopped = next((f for f in replayed.findings if f.severity is Severity.ERROR), None)
+    stopped = first_error(replayed.findings)
+    if len(replayed.q) != len(targets) or stopped is not None:
         what = stopped.text if stopped else "it holds a different number of motions"
         raise VerificationError(
             f"the compensated program can't be followed: {what}; compensate less (fewer constants), or move the part",

@@ -23,7 +23,7 @@ from camrob.controller.replay import Replay, replay
 from camrob.controller.simulate import approximation, blocks_of
 from camrob.controller.trace import posture_trace
 from camrob.errors import InputError, JobError, ProgramError
-from camrob.findings import Finding, Severity, collapse
+from camrob.findings import Finding, Severity, collapse, first_error
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import JobInputs, read_inputs
 from camrob.jobs.files.takes_paths import takes_paths
@@ -130,7 +130,7 @@ def verify(
         machine, setup = inputs.cell, inputs.setup.path
     share("witness")(0.0)
     kept = manifest_findings(program, cell, against, setup) if manifest else []
-    slower = "" if not manifest or any(f.severity is Severity.ERROR for f in kept) else reason_for_slower(program)
+    slower = "" if not manifest or first_error(kept) else reason_for_slower(program)
     verdict = witness_judge(
         program, cell, clfile=against, setup=setup, slower_allowed=slower, begin=begin, clamping=clamping
     )

@@ -16,8 +16,7 @@ JOB = {n for n in errors.__all__ if issubclass(getattr(errors, n), errors.JobErr
 INNER = ("camrob.kinematics", "camrob.studies", "camrob.loop", "camrob.witness", "camrob.redundancy.published")
 # what passes on the text of a finding, which has its own advice, or that nobody can do anything about
 PASSED_ON = {
-    "camrob/controller/programmed_path.py": "finding.text",
-    "camrob/controller/simulate.py": "finding.text",
+    "camrob/controller/replay.py": "finding.text",
     "camrob/jobs/batching/dask_workers.py": "'the batch was interrupted'",
     "camrob/jobs/post.py": "variant to try",
     "camrob/redundancy/tracing/traced.py": "'no rounds were searched'",

@@ -17,7 +17,7 @@ from camrob.controller.judge import judge
 from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, SingularError, UnreachableError
-from camrob.findings import Finding, Severity
+from camrob.findings import Finding, first_error
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
 from camrob.jobs.closing.off_way import OffWay, off_path_size
@@ -191,11 +191,9 @@ def _farther(before: OffWay, made: Correction, meant: NDArray[np.int64]) -> list
 
 def _followed(planned: Replay) -> None:
     """The original can be replayed. Raises UnreachableError."""
-    stopped = [f for f in planned.findings if f.severity is Severity.ERROR]
-    if stopped:
-        raise UnreachableError(
-            f"the program can't be followed as it is: {stopped[0].text}; mend it there first", line=stopped[0].line
-        )
+    if (stopped := first_error(planned.findings)) is not None:
+        what = f"the program can't be followed as it is: {stopped.text}; mend it there first"
+        raise UnreachableError(what, line=stopped.line)
 
 
 def _postures(text: ProgramText, planned: Replay) -> Array:

@@ -18,7 +18,7 @@ from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.controller.trace import posture_trace
 from camrob.errors import CollisionError, JobError, ProgramError, VerificationError
-from camrob.findings import Finding, Severity, collapse
+from camrob.findings import Finding, Severity, collapse, first_error
 from camrob.jobs.files.cell_for import language_of
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.refusal import advice, refusal, refusal_unread
@@ -125,10 +125,9 @@ def read_back(source: Path, program: Program, inputs: JobInputs, solution: Solut
     judgement = judge(text, replayed, coverage, feed)
     against = [*judgement.findings, *hold_to_tool(replayed, inputs, coverage)]
     against += hold_to_intended(text, replayed, program, language.meant(program, inputs.cell.controller))
-    if all(f.severity is not Severity.ERROR for f in against):
+    if first_error(against) is None:
         against += hold_to_solution(text, replayed, coverage, inputs.path, solution)
-    first = next((f for f in against if f.severity is Severity.ERROR), None)
-    if first is not None:
+    if (first := first_error(against)) is not None:
         if first in coverage.findings:  # it has the CL line already
             region = int(inputs.path.region[inputs.path.of_toolpath][first.point])
             raise named_region(refusal(replace(first, region=region), program, None), inputs)
@@ -224,8 +223,7 @@ def check_release(
 ) -> tuple[CollisionReport, list[Finding]]:
     """Collisions, and all findings of the job. Raises CollisionError or VerificationError where one stops the release."""
     collisions = path_collisions(back, inputs, progress)
-    if collisions.count:
-        first = next(f for f in collisions.findings if f.severity is Severity.ERROR)
+    if (first := first_error(collisions.findings)) is not None:
         what = f"{first.text} ({collisions.count} points); {advice(first.code)}"  # no clearance lifts a cut
         raise named_region(CollisionError(what, line=first.line, region=_index(first)), inputs)
     findings = collapse(
@@ -242,8 +240,7 @@ def check_release(
             *written,
         ]
     )
-    stopped = next((f for f in findings if f.severity is Severity.ERROR), None)
-    if stopped is not None:
+    if (stopped := first_error(findings)) is not None:
         error = VerificationError(
             f"{stopped.text}; {advice(stopped.code)}",
             line=stopped.line,
