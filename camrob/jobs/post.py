@@ -22,7 +22,7 @@ from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup
 from camrob.jobs.files.solved_path import save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.release.attempt import Made, Order, fit
+from camrob.jobs.release.attempt import Asked, Made, Order, fit
 from camrob.jobs.release.beside import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.refusal import as_planned, past_limit
@@ -137,42 +137,36 @@ def post(
     """
     clfile, out = Path(clfile), Path(out)
     _check_choices(method, feed, device, seconds, prove)
-    asked = _Asked(clfile, cell, setup, name, method, feed, max_lines, dialect, units, device, seconds, prove, report)
-    known = Sought(cell, calibration, diagnosis, force, then_compensated)
+    asked = Asked(
+        clfile=clfile,
+        cell=Path(cell),
+        setup=setup,
+        name=name,
+        method=method,
+        feed=feed,
+        max_lines=max_lines,
+        dialect=dialect,
+        units=units,
+        device=device,
+        seconds=seconds,
+        prove=prove,
+        report=report,
+        known=Sought(cell, calibration, diagnosis, force, then_compensated),
+        for_accuracy=for_accuracy,
+    )
     with ExitStack() as staged:
         made = [
-            _posted(asked, clamping, known, for_accuracy, staged, out, Watch(progress))
+            _posted(asked, clamping, staged, out, Watch(progress))
             for clamping in read_clampings(setup_of(clfile, setup)) or (None,)
         ]
     return replace(made[0], others=tuple(made[1:]))
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """What `post` was called with."""
-
-    clfile: Path
-    cell: Path
-    setup: Path | None
-    name: str | None
-    method: str
-    feed: str
-    max_lines: int | None
-    dialect: str | None
-    units: str | None
-    device: str
-    seconds: float | None
-    prove: float | None
-    report: bool
-
-
-def _posted(
-    asked: _Asked, clamping: str | None, known: Sought, for_accuracy: bool, staged: ExitStack, out: Path, watch: Watch
-) -> PostResult:
+def _posted(asked: Asked, clamping: str | None, staged: ExitStack, out: Path, watch: Watch) -> PostResult:
     """One program, of all the file or of what it does in one clamping; it appears in `out` when `staged` is closed."""
-    clfile, cell, method = asked.clfile, asked.cell, asked.method
+    clfile, known = asked.clfile, asked.known
     with watch.stage("read"):
-        machine = cell_for("post", cell)
+        machine = cell_for("post", asked.cell)
         plain = program_name(clfile, asked.name, language_of(machine))
         title = _title(asked, plain, clamping, language_of(machine), out)
         inputs = read_inputs(
@@ -186,12 +180,10 @@ def _posted(
         )
         process = plan_process(inputs.toolpath.regions, inputs.cell)
         slowed = inputs.setup.tolerance is not None
-        sought = check_sought(known, machine, asked=for_accuracy, planned=method == "planned", tolerance=slowed)
+        planned = asked.method == "planned"
+        sought = check_sought(known, machine, asked=asked.for_accuracy, planned=planned, tolerance=slowed)
     folder = staged.enter_context(staged_output(out, name=title))
-    order = Order(
-        title, method, asked.feed, asked.max_lines, asked.device, process, clfile, Path(cell), asked.dialect, asked.units, sought,
-        asked.seconds, known if slowed else None,
-    )  # fmt: skip
+    order = Order(asked, title, process, sought, known if slowed else None)
     try:
         made = _first_free(order, inputs, folder, watch)
     except JobError as error:
@@ -203,13 +195,13 @@ def _posted(
     proved, certificate = None, folder / f"{title}.proof.npz"
     if asked.prove is not None:
         with watch.stage("prove"):
-            proved = price_bound(made.inputs, made.solution, Path(cell), certificate, asked.prove, watch.share)
+            proved = price_bound(made.inputs, made.solution, asked.cell, certificate, asked.prove, watch.share)
         made.findings.append(bound_finding(proved))
         files += [certificate.name] if certificate.exists() else []
     summary = post_summary(
         made.inputs, made.solution, title, made.back, made.collisions, made.margins, made.findings,
         residual=made.residual, feed=made.feed, process=process, files=files, verdict=made.verdict,
-        manifest=manifest_of(folder, programs, order.cell, clfile, inputs.setup.path, known.files()), proved=proved,
+        manifest=manifest_of(folder, programs, asked.cell, clfile, inputs.setup.path, known.files()), proved=proved,
     )  # fmt: skip
     if asked.report:
         with watch.stage("report"):
@@ -228,7 +220,7 @@ def _posted(
     return PostResult(summary, tuple(made.findings), out, tuple(files), made.inputs.path, made.solution, made.program)
 
 
-def _title(asked: _Asked, plain: str, clamping: str | None, language: Language, out: Path) -> str:
+def _title(asked: Asked, plain: str, clamping: str | None, language: Language, out: Path) -> str:
     """The program's name, which in `out` is no other CL file's unless it was asked for. Raises InputError."""
     title = plain if clamping is None else _clamping_name(plain, clamping, language)
     if asked.name is None:
@@ -246,11 +238,11 @@ def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: 
     for number, (line, operation) in enumerate(beginnings(made.inputs.toolpath), start=2):
         title = _entry_name(order.title, number, language_of(machine))
         inputs = read_inputs(
-            order.clfile,
+            order.asked.clfile,
             machine,
             made.inputs.setup.path,
-            dialect=order.dialect,
-            units=order.units,
+            dialect=order.asked.dialect,
+            units=order.asked.units,
             begin=line,
             clamping=made.inputs.setup.clamping or None,
         )
@@ -274,24 +266,24 @@ def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> 
     """
     demand_free_home(inputs)
     first: JobError | None = None
-    ways: list[tuple[Sought | None, str]] = [(None, way) for way in METHODS[order.method]]
+    ways: list[tuple[Sought | None, str]] = [(None, way) for way in METHODS[order.asked.method]]
     if order.sought is not None:  # a plan that looks at the part's error, and else those by conditioning
-        ways = [*((order.sought, way) for way in tuple(METHODS[order.method])[:_ACCURATE_WAYS]), *ways]
-    clock = Clock(order.seconds)
+        ways = [*((order.sought, way) for way in tuple(METHODS[order.asked.method])[:_ACCURATE_WAYS]), *ways]
+    clock = Clock(order.asked.seconds)
     for sought, way in ways:
         if first is not None and clock.up and way != "published":  # each begins with a plan of its own
             continue
         try:
             made = _fit_within_limits(order, inputs, sought, way, folder, watch, clock)
         except (CollisionError, VerificationError) as error:
-            first = first or (as_planned(error) if order.method == "planned" else error)
+            first = first or (as_planned(error) if order.asked.method == "planned" else error)
             continue
         if first is not None:
             blind = " by conditioning alone" if order.sought is not None and sought is None else ""
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    raise first or VerificationError(f"method {order.method} has no variant to try")
+    raise first or VerificationError(f"method {order.asked.method} has no variant to try")
 
 
 def _fit_within_limits(
@@ -305,7 +297,14 @@ def _fit_within_limits(
         try:
             with watch.stage("resolve"):
                 resolved = resolve_job(
-                    inputs, order.method, way, watch.share, order.device, sought, clock.left, further=further
+                    inputs,
+                    order.asked.method,
+                    way,
+                    watch.share,
+                    order.asked.device,
+                    sought,
+                    clock.left,
+                    further=further,
                 )
         except JobError as error:  # behind the first round the limit is the reason, not what it leaves no way to
             raise stopped or error from None

@@ -34,27 +34,44 @@ from camrob.program.program import Program
 from camrob.redundancy.solution import Solution
 from camrob.witness.judge import Verdict, judge
 
-__all__ = ["Made", "Order", "fit"]
+__all__ = ["Asked", "Made", "Order", "fit"]
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What `post` was called with. known: what the error of the part may be expected by."""
+
+    clfile: Path
+    cell: Path
+    setup: Path | None
+    name: str | None
+    method: str
+    feed: str
+    max_lines: int | None
+    dialect: str | None
+    units: str | None
+    device: str
+    seconds: float | None
+    prove: float | None
+    report: bool
+    known: Sought
+    for_accuracy: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What was asked for. sought: what plans for accuracy go by, held: what the feed is held to a tolerance by; else None."""
+    """One program of what was asked for, by its title.
 
+    sought: what plans for accuracy go by, held: what the feed is held to a tolerance by; else None. begin: the CL line of the
+    operation from which on, 0: all of it.
+    """
+
+    asked: Asked
     title: str
-    method: str
-    feed: str
-    max_lines: int | None
-    device: str
     process: Process
-    clfile: Path
-    cell: Path
-    dialect: str | None
-    units: str | None
     sought: Sought | None
-    seconds: float | None
     held: Sought | None
-    begin: int = 0  # the CL line of the operation from which on, 0: all of it
+    begin: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +123,7 @@ def _made(order: Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> Ma
         feed = feed_outcome(
             inputs,
             np.asarray(solution.q),
-            optimal=order.feed == "optimal",
+            optimal=order.asked.feed == "optimal",
             keep=keep,
             motions=motions,
             off=off_at_speed(order.held, inputs),
@@ -134,7 +151,7 @@ def _made(order: Order, resolved: ResolvedJob, folder: Path, watch: Watch) -> Ma
     for old in folder.iterdir():
         old.unlink()
     with watch.stage("write"):
-        files, written = _write(language, program, inputs, folder, order.max_lines)
+        files, written = _write(language, program, inputs, folder, order.asked.max_lines)
     main = folder / f"{order.title}{language.suffixes[0]}"
     with watch.stage("witness"):  # first, for it takes the most memory, and the program as it is read back stays
         verdict = _witnessed(order, inputs, feed, main)
@@ -158,13 +175,17 @@ def _witnessed(order: Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -
     try:
         return judge(
             main,
-            order.cell,
-            clfile=order.clfile,
+            order.asked.cell,
+            clfile=order.asked.clfile,
             setup=inputs.setup.path,
-            dialect=order.dialect,
-            units=order.units,
+            dialect=order.asked.dialect,
+            units=order.asked.units,
             usual_rapid=inputs.rapid_speed,
-            slower_allowed=SLOWER_BY_PLAN if order.feed == "optimal" else SLOWER_BY_TOLERANCE if feed.held else "",
+            slower_allowed=SLOWER_BY_PLAN
+            if order.asked.feed == "optimal"
+            else SLOWER_BY_TOLERANCE
+            if feed.held
+            else "",
             begin=order.begin,
             clamping=inputs.setup.clamping or None,
         )
