@@ -17,7 +17,7 @@ from camrob.jobs.batching.local_workers import cores, run_local
 from camrob.jobs.batching.parcel import Parcel, Place, pack_parcel
 from camrob.jobs.batching.work import Outcome
 from camrob.jobs.exit_status import DONE, failure_line, failure_status
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import program_suffixes

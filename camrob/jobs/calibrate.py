@@ -21,7 +21,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
 from camrob.errors import InputError, LogError
-from camrob.jobs.files.files import check_calibration_name, staged_output
+from camrob.jobs.files.output import check_calibration_name, staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.measuring import plan_measuring
 from camrob.languages import language_of_file

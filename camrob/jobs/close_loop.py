@@ -22,8 +22,8 @@ from camrob.jobs.closing.rehearsal import rehearse, rehearsed_machine
 from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import program_name
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import read_summary, write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post

@@ -23,7 +23,7 @@ from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.solution_program import check_feed, program_of_solution
 from camrob.jobs.files.solved_path import is_solution, save_solution
 from camrob.jobs.files.summary_file import write_summary

@@ -14,7 +14,7 @@ from camrob.gap.cell_effects import cell_effects
 from camrob.gap.diagnose import diagnose as run_diagnosis
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.experiment import check_experiment_name, write_experiment
-from camrob.jobs.files.files import check_file_name, check_folder, staged_output
+from camrob.jobs.files.output import check_file_name, check_folder, staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.languages import language_of_file

@@ -16,7 +16,7 @@ from camrob.controller.replay import replay
 from camrob.controller.trace import posture_trace
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.gap.experiment.motions import TrialMotion
-from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.output import check_file_name, staged_output
 from camrob.jobs.verify import verify
 from camrob.kinematics.frames import base_T_tool, seen_by_program
 from camrob.languages import language_of_file, program_suffixes

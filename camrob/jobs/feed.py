@@ -13,7 +13,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import InputError
 from camrob.jobs.derivatives import Coordinates, analyses_of, calibrated, coordinates_of, derivative_figures
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.progress import Progress, silent

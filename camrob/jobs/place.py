@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from camrob.bodies.table_plate import TablePlate, table_plate
 from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.files import check_folder, staged_output
 from camrob.jobs.files.inputs import program_name, read_inputs
 from camrob.jobs.files.mounting import one_frame
+from camrob.jobs.files.output import check_folder, staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements

@@ -16,9 +16,9 @@ from camrob.errors import CollisionError, InputError, JobError, VerificationErro
 from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.files import demand_own_name, staged_output
 from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
+from camrob.jobs.files.output import demand_own_name, staged_output
 from camrob.jobs.files.solved_path import save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths

@@ -23,8 +23,8 @@ from camrob.cutting.holder import holder_takes
 from camrob.errors import InputError, SetupError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
-from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.mounting import cutter_of
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.predicting.input_remarks import remarks_on

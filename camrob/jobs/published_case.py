@@ -17,7 +17,7 @@ from camrob.calibration.measurements import Measurements
 from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
-from camrob.jobs.files.files import check_calibration_name, staged_output
+from camrob.jobs.files.output import check_calibration_name, staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog

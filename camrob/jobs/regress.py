@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import CamrobError, InputError
-from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import CL_SUFFIXES
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.post import post
 from camrob.jobs.regressing.compare_program import compare_program

@@ -12,7 +12,7 @@ from camrob.controller.simulate import simulate as run
 from camrob.errors import InputError
 from camrob.findings import Finding, Severity, collapse
 from camrob.jobs.files.cell_for import cell_for
-from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.output import check_file_name, staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.short_motions import block_figures
 from camrob.languages import language_of_file

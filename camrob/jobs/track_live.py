@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import InputError
 from camrob.jobs.exit_status import DONE, NOT_SAFE
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.files.track_options import LiveOptions, live_options

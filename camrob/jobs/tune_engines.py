@@ -12,8 +12,8 @@ from camrob.cell.cell import Cell
 from camrob.cell.redundancy_settings import EVEN
 from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for
-from camrob.jobs.files.files import staged_output
 from camrob.jobs.files.inputs import CL_SUFFIXES, read_inputs
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.thinned import thinned

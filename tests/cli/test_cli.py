@@ -402,7 +402,7 @@ JOB_IN_A_PROCESS = """
 import importlib.machinery, sys, time, types
 from summary_samples import post_summary
 from camrob.cli import app as cli
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 
 class Result:
     summary = post_summary(program="x" * 200000)

@@ -13,8 +13,8 @@ import pytest
 from camrob.cli import app as cli
 from camrob.errors import InputError
 from camrob.jobs.exit_status import failure_line, failure_status
-from camrob.jobs.files import files
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files import output
+from camrob.jobs.files.output import staged_output
 
 ROOT = Path(__file__).resolve().parents[2]
 KR15 = ROOT / "cells" / "kr15_track_table"
@@ -54,7 +54,7 @@ def test_while_folders_are_made_and_files_are_moved(tmp_path: Path, monkeypatch:
     def fail(*given: object, **named: object) -> None:
         raise full(errno.ENOSPC, str(tmp_path))
 
-    owner = {"mkdtemp": files.tempfile, "rename": files.os, "mkdir": files.Path}[call]
+    owner = {"mkdtemp": output.tempfile, "rename": output.os, "mkdir": output.Path}[call]
     monkeypatch.setattr(owner, call, fail)
     said = r"can't be written: disk full \(No space left on device\); free some space"
     with pytest.raises(InputError, match=said), staged_output(tmp_path / "out") as folder:

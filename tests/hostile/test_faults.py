@@ -20,7 +20,7 @@ from camrob.cli import app as cli
 from camrob.jobs.batch import batch
 from camrob.jobs.calibrate import calibrate
 from camrob.jobs.diagnose import diagnose
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.simulate import simulate
 from camrob.measurement.write_log import write_log
 

@@ -20,7 +20,7 @@ from camrob.errors import InputError, JobError
 from camrob.jobs.batching.parcel import Parcel, Place, load_parcel, sandbox_path
 from camrob.jobs.batching.work import Outcome, lost_job, work
 from camrob.jobs.exit_status import failure_line, failure_status
-from camrob.jobs.files.files import check_file_name
+from camrob.jobs.files.output import check_file_name
 from camrob.text import printable
 
 __all__ = ["camrob_digest", "do_on_worker", "run_cluster"]

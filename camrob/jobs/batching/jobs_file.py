@@ -12,8 +12,8 @@ from typing import Any
 from camrob.errors import InputError
 from camrob.jobs.batching.verbs import VERBS, Kind, Verb, Writes, read_verb
 from camrob.jobs.files.cell_for import language_for
-from camrob.jobs.files.files import check_file_name
 from camrob.jobs.files.inputs import program_name
+from camrob.jobs.files.output import check_file_name
 from camrob.program.language import Language
 from camrob.shipped import cell_beside
 from camrob.toml.read_toml import read_toml

@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.closing.loop_file import LoopJob, Rehearsal
 from camrob.jobs.files.diagnosed import diagnosed
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame

@@ -12,7 +12,7 @@ from pathlib import Path
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CellError, InputError
-from camrob.jobs.files.files import check_file_name, staged_output
+from camrob.jobs.files.output import check_file_name, staged_output
 from camrob.jobs.files.programmed import straightened_by, tables_for_programs
 from camrob.shipped import shipped_cells, shipped_samples
 from camrob.summaries.shipped_summary import (

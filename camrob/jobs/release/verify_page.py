@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from camrob.controller.replay import Replay
-from camrob.jobs.files.files import staged_output
+from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText

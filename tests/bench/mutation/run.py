@@ -29,7 +29,7 @@ CPU_SECONDS, WALL_SECONDS = 4, 90  # of one job in a child
 MEMORY = 4 << 30
 COSTLY = 0.9  # s: a job that takes longer runs only where few others do
 FEW = 2
-AFTERWARDS = ("camrob.jobs.files.files",)  # what may change a program after it was written
+AFTERWARDS = ("camrob.jobs.files.output",)  # what may change a program after it was written
 QUICK = 0.1  # s: a job that is refused while it is read
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from camrob.errors import InputError
-from camrob.jobs.files import files
-from camrob.jobs.files.files import check_file_name, demand_own_name, staged_output
+from camrob.jobs.files import output
+from camrob.jobs.files.output import check_file_name, demand_own_name, staged_output
 
 ROOT = Path(__file__).resolve().parents[2]
 SUFFIXES = (".src", ".dat", ".json")
@@ -68,7 +68,7 @@ def test_the_older_program_comes_back_when_moving_fails(
             raise OSError(28, "No space left on device", str(target))
         real(source, target)
 
-    monkeypatch.setattr(files.os, "rename", breaking)
+    monkeypatch.setattr(output.os, "rename", breaking)
     with pytest.raises(InputError, match="No space left"), staged_output(tmp_path, name="a") as folder:
         write(folder, "new")
     assert contents(tmp_path) == {"a.src": "old", "a.dat": "old", "a.json": "old"}
@@ -87,7 +87,7 @@ def test_the_main_program_leaves_first_and_comes_last(tmp_path: Path, monkeypatc
             seen.append(set(state.values()))
             assert len(state) == 3, "the main program is there without its parts"
 
-    monkeypatch.setattr(files.os, "rename", watched)
+    monkeypatch.setattr(output.os, "rename", watched)
     with staged_output(tmp_path, name="a") as folder:
         write(folder, "new", names)
     assert seen == [{"new"}]
@@ -175,7 +175,7 @@ def test_a_read_only_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     def refused(*args: object, **kwargs: object) -> str:
         raise PermissionError(13, "Permission denied", str(tmp_path))
 
-    monkeypatch.setattr(files.tempfile, "mkdtemp", refused)
+    monkeypatch.setattr(output.tempfile, "mkdtemp", refused)
     out = tmp_path / "new"
     with pytest.raises(InputError, match=r"Permission denied.*check"), staged_output(out):
         pytest.fail("the block ran")
@@ -214,7 +214,7 @@ def test_killed_in_the_middle(tmp_path: Path, how: signal.Signals) -> None:
     program = (
         "import pathlib, sys, time\n"
         "from camrob.cli.console import terminable\n"
-        "from camrob.jobs.files.files import staged_output\n"
+        "from camrob.jobs.files.output import staged_output\n"
         "with terminable(), staged_output(pathlib.Path(sys.argv[1])) as folder:\n"
         "    (folder / 'a.src').write_text('half')\n"
         "    print('ready', flush=True)\n"
