@@ -20,7 +20,6 @@ from camrob.calibration.measurements import Measurements, sampled_rows, withheld
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.pose_by_pose import CalibrationEvidence, PoseErrors
 from camrob.calibration.sets import (
-    FRAMES,
     Prepared,
     fit_frames,
     identifiability,
@@ -29,8 +28,8 @@ from camrob.calibration.sets import (
     prepare_sets,
 )
 from camrob.calibration.stages import Stages, carried_over, pose_errors_of, sizes
-from camrob.calibration.stands import LEAST_POSES, SIDES, Stand, owner_of, with_others_known
-from camrob.calibration.terms import standard_names
+from camrob.calibration.stands import LEAST_POSES, Stand, owner_of, with_others_known
+from camrob.calibration.terms import FRAMES, SIDES, is_one_sets, side_of, standard_names
 from camrob.cell.cell import Cell
 from camrob.errors import JobError, LogError, SingularError
 from camrob.units import m_to_mm, rad_to_deg
@@ -259,7 +258,7 @@ def _predicted(
     data = sets[-1]
     if not kept[0].nuisance and not nuisance_of(data):
         return pose_errors_of(data, stages[0].seen_from(cell, data.in_base), withheld=True)
-    robot = fit.parameters.only(n for n in fit.names if n not in FRAMES and "@" not in n)
+    robot = fit.parameters.only(n for n in fit.names if n not in FRAMES and not is_one_sets(n))
     owners = [owner_of(sets, len(kept), side) for side in SIDES]
 
     def known(stage: str) -> tuple[Stand | None, Stand | None]:
@@ -279,7 +278,7 @@ def _stand(stage: tuple[ErrorModel, Array], side: str) -> Stand:
     model, values = stage
     place = model.arrays.left if side == "base" else model.arrays.right
     named = zip(model.names, values.tolist(), strict=True)
-    return Stand(np.asarray(place), {n: v for n, v in named if n in FRAMES and n.partition(".")[0] == side})
+    return Stand(np.asarray(place), {n: v for n, v in named if n in FRAMES and side_of(n) == side})
 
 
 def _result(
@@ -292,7 +291,7 @@ def _result(
 ) -> Calibration:
     """What was found, as it is written. Bases and reflectors of later sets end here: they are nobody's but the fit's."""
     oriented = any(part.oriented for part in sets)
-    own = [n for n in seen.kept if "@" not in n]
+    own = [n for n in seen.kept if not is_one_sets(n)]
     return Calibration(
         cell_name=cell.name,
         cell_digest=robot_digest(cell),
@@ -300,7 +299,9 @@ def _result(
         nuisance=tuple(n for n in own if n in kept.nuisance),
         held=_held(seen),
         errors=_errors(poses),
-        correlations=tuple(pair for pair in fit.strongest(60) if "@" not in pair[0] + pair[1])[:10],
+        correlations=tuple((a, b, r) for a, b, r in fit.strongest(60) if not is_one_sets(a) and not is_one_sets(b))[
+            :10
+        ],
         condition=seen.condition,
         observability=tuple(getattr(seen.observability, f"o{k}") for k in range(1, 6)),
         scatter_position=fit.scatter_position,
@@ -317,7 +318,7 @@ def _result(
 def _held(seen: Identifiability) -> tuple[Held, ...]:
     merged = [Held(n, "merged", others[:8]) for n, others in seen.merged.items()]
     every = (*merged, *(Held(n, "unseen") for n in seen.unseen), *(Held(n, "weak") for n in seen.weak))
-    return tuple(h for h in every if "@" not in h.name)
+    return tuple(h for h in every if not is_one_sets(h.name))
 
 
 def _errors(poses: Sequence[PoseErrors]) -> dict[str, ErrorSize]:

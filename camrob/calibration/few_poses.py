@@ -9,7 +9,8 @@ from camrob.calibration.fit import Fit, fit_parameters
 from camrob.calibration.folds import left_in_folds
 from camrob.calibration.identify import Identifiability
 from camrob.calibration.parameters import ParameterSet
-from camrob.calibration.sets import FRAMES, Prepared, named_parameter
+from camrob.calibration.sets import Prepared, named_parameter
+from camrob.calibration.terms import FRAMES, plain_name
 from camrob.cell.cell import Cell
 from camrob.errors import JobError, SingularError
 
@@ -47,4 +48,4 @@ def fit_few(
 
 def _of_frame(name: str) -> bool:
     """Whether it is a value of an instrument's place or a reflector's."""
-    return name.partition("@")[0] in FRAMES
+    return plain_name(name) in FRAMES

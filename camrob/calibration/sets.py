@@ -13,13 +13,12 @@ from camrob.calibration.fit import Fit, fit_parameters
 from camrob.calibration.identify import Identifiability, identify
 from camrob.calibration.measurements import Measurements, sampled_rows
 from camrob.calibration.parameters import Parameter, ParameterSet
-from camrob.calibration.stands import SIDES, Stand, owner_of, placed, placed_together, with_others_known
-from camrob.calibration.terms import PARTS, parameter_of
+from camrob.calibration.stands import Stand, owner_of, placed, placed_together, with_others_known
+from camrob.calibration.terms import FRAMES, SIDES, parameter_of, plain_name, set_name, side_of
 from camrob.cell.cell import Cell
 from camrob.frozen import locked
 
 __all__ = [
-    "FRAMES",
     "Prepared",
     "SetModel",
     "fit_frames",
@@ -31,7 +30,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-FRAMES = tuple(f"{owner}.{part}" for owner in ("base", "tool") for part in PARTS)
 _SAMPLE = 2000  # rows that suffice to see what the data tell
 _SIGMA_POSITION, _SIGMA_ANGLE = 5e-5, 1e-4  # m and rad an axis, where LOG.toml is silent
 
@@ -87,12 +85,12 @@ class Prepared:
 def nuisance_of(data: Measurements) -> tuple[str, ...]:
     """Names of base and tool that are the instrument's, since its frame or its reflector is unknown."""
     known = {"base": data.frame_known, "tool": data.target_known}
-    return tuple(n for n in FRAMES if not known[n.partition(".")[0]])
+    return tuple(n for n in FRAMES if not known[side_of(n)])
 
 
 def named_parameter(cell: Cell, name: str) -> Parameter:
     """The free parameter of a name, `base.x@2` being the base of the second set's instrument."""
-    plain = parameter_of(cell, name.partition("@")[0])
+    plain = parameter_of(cell, plain_name(name))
     return Parameter(name, plain.unit, plain.scale, lower=plain.lower, upper=plain.upper)
 
 
@@ -108,7 +106,7 @@ def prepare_sets(cell: Cell, sets: Sequence[Measurements], names: Sequence[str])
     shared = {n for n in FRAMES if all(n in part for part in own)}
     owners = [{side: owner_of(sets, k, side) for side in SIDES} for k in range(len(sets))]
     called = [
-        {n: n if (n in shared and k == 0) else f"{n}@{k + 1}" for n in part for k in [owned[n.partition(".")[0]]]}
+        {n: n if (n in shared and k == 0) else set_name(n, k + 1) for n in part for k in [owned[side_of(n)]]}
         for owned, part in zip(owners, own, strict=True)
     ]
     frames = [n for n in names if n in FRAMES]
@@ -161,7 +159,7 @@ def fit_frames(
         return ErrorModel.of(cell, tuple(names), in_base=data.in_base, left=left, right=right)
 
     model = seen_from((*FRAMES, *own))
-    free = [n for n in FRAMES if (base, tool)[SIDES.index(n.partition(".")[0])] is None]
+    free = [n for n in FRAMES if (base, tool)[SIDES.index(side_of(n))] is None]
     alone = Prepared(SetModel(seen_from(free), np.arange(len(free)), len(free)), data, tuple(free), ())
     seen = identifiability([alone], np.full(len(free), 1e-3))
     moved = {**(base.moved if base else {}), **(tool.moved if tool else {})}

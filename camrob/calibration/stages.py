@@ -14,8 +14,9 @@ from camrob.calibration.fit import residuals
 from camrob.calibration.measurements import Measurements
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.pose_by_pose import PoseErrors
-from camrob.calibration.sets import FRAMES, fit_frames
+from camrob.calibration.sets import fit_frames
 from camrob.calibration.stands import Stand
+from camrob.calibration.terms import FRAMES
 from camrob.cell.cell import Cell
 from camrob.errors import LogError
 

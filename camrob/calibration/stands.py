@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from camrob.calibration.align import align
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.measurements import Measurements, sampled_rows
+from camrob.calibration.terms import SIDES
 from camrob.cell.cell import Cell
 from camrob.errors import LogError
 
-__all__ = ["LEAST_POSES", "SIDES", "Stand", "owner_of", "placed", "placed_together", "with_others_known"]
+__all__ = ["LEAST_POSES", "Stand", "owner_of", "placed", "placed_together", "with_others_known"]
 
 Array = NDArray[np.float64]
 
-SIDES = ("base", "tool")
 _SAMPLE = 2000  # rows that suffice to see where an instrument stands
 LEAST_POSES = 8
 """Of a set, for its instrument to be placed."""

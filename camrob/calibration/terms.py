@@ -11,6 +11,7 @@
     A5.by.A4  A3.by.NAME   coupling to another axis, or to a quantity that the caller gives, in the controller's sign
     E2.x E2.y E2.rx E2.ry  where the axis of a table or track stands; nothing changes where the axis stands at 0
     E1.scale E1.zero       as above
+    base.x@2 .. tool.rz@2  of a fit to several sets of poses: the second one's own instrument and reflector, nothing of the cell's
 
 A displacement x, y, z, rx, ry, rz is Trans(x, y, z) exp(rx, ry, rz), the angles a rotation vector.
 """
@@ -27,12 +28,48 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.errors import LogError
 
-__all__ = ["PARTS", "ErrorTerm", "TermKind", "parameter_of", "standard_names", "term_of"]
+__all__ = [
+    "FRAMES",
+    "PARTS",
+    "SIDES",
+    "ErrorTerm",
+    "TermKind",
+    "is_one_sets",
+    "parameter_of",
+    "plain_name",
+    "set_name",
+    "side_of",
+    "standard_names",
+    "term_of",
+]
 
 PARTS = ("x", "y", "z", "rx", "ry", "rz")
 """Of a displacement."""
+SIDES = ("base", "tool")
+"""What stands before them for an instrument's place and a reflector's."""
+FRAMES = tuple(f"{side}.{part}" for side in SIDES for part in PARTS)
 _MOTION = re.compile(r"(zero|scale|compliance)|(cos|sin)(\d{1,4}(?:\.\d{1,4})?)|by\.([A-Za-z][A-Za-z0-9_]{0,30})")
 _LENGTH, _ANGLE, _COMPLIANCE, _SCALE = 0.1, 0.1, 1e-3, 0.1  # what no calibration believes
+
+
+def side_of(name: str) -> str:
+    """Which of `SIDES` a name of `FRAMES` is of."""
+    return name.partition(".")[0]
+
+
+def set_name(name: str, number: int) -> str:
+    """A name of `FRAMES` for the instrument of a set, by its number from 1, beside that of the first."""
+    return f"{name}@{number}"
+
+
+def plain_name(name: str) -> str:
+    """The name without the set's number: what the parameter moves."""
+    return name.partition("@")[0]
+
+
+def is_one_sets(name: str) -> bool:
+    """Whether it is of a further set's instrument alone: nothing of the cell's."""
+    return "@" in name
 
 
 class TermKind(StrEnum):
@@ -65,7 +102,7 @@ class ErrorTerm:
 def term_of(cell: Cell, name: str) -> ErrorTerm:
     """The term that a name stands for. Raises LogError for a name that says nothing on this cell."""
     owner, _, rest = name.partition(".")
-    if owner in ("base", "tool") and rest in PARTS:
+    if owner in SIDES and rest in PARTS:
         return ErrorTerm(name, (BASE if owner == "base" else TOOL) + PARTS.index(rest))
     if owner == "root" and (found := re.fullmatch(r"(x|y|z|rx|ry|rz)\.by\.(\w{1,31})", rest)):
         return ErrorTerm(name, ROOT + PARTS.index(found[1]), TermKind.BY, by=found[2])
@@ -123,7 +160,7 @@ def standard_names(cell: Cell, *, table: bool = False, track: bool = True, harmo
     `table`: measured from `base`); `harmonics` orders of gear ripple an arm axis.
     """
     arm = [j.name for j in cell.joints if j.role is Role.ARM]
-    names = [f"{owner}.{part}" for owner in ("base", "tool") for part in PARTS]
+    names = [*FRAMES]
     for joint in cell.joints:
         if (joint.role is Role.CARRIAGE and track) or (joint.role is Role.WORKPIECE and table):
             places = ("rx", "ry") if joint.prismatic else ("x", "y", "rx", "ry")

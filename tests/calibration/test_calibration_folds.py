@@ -15,7 +15,8 @@ from camrob.calibration.fit import fit_parameters, residuals
 from camrob.calibration.folds import left_in_folds
 from camrob.calibration.measurements import Measurements
 from camrob.calibration.parameters import ParameterSet
-from camrob.calibration.sets import FRAMES, named_parameter, prepare_sets
+from camrob.calibration.sets import named_parameter, prepare_sets
+from camrob.calibration.terms import FRAMES
 from camrob.cell.read_cell import read_cell
 from camrob.se3 import frame_from_xyzabc
 
