@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Sequence
+import re
+from datetime import UTC, datetime, time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import LogError
 from camrob.measurement.log import AXES, COLUMNS, EXTERNAL, MOTOR, ORIENTATION, POSITION
+from camrob.measurement.table_cells import TableCells, read_cells
 from camrob.measurement.table_facts import UNITS, Source, TableFacts
 from camrob.se3 import abc_to_rotation, quaternion_to_rotation, rotation_exp, rotation_to_abc
 from camrob.units import INCH_MM, deg_to_rad, m_to_mm, ms_to_s, rad_to_deg
@@ -22,88 +24,102 @@ Array = NDArray[np.float64]
 _TURNING = (*AXES, *(f"c{n}" for n in AXES), *MOTOR[: len(AXES)])
 _ANY_KIND = (*EXTERNAL, *(f"c{n}" for n in EXTERNAL), *MOTOR[len(AXES) :])
 _EMPTY = ("", "nan", "none", "null", "n/a", "-")  # as programs write what was not measured
-_COMMENT = ("#", "%")
 _NO_TURN = 1e-12  # length of a quaternion that says nothing
+_ROUGH = 0.02  # by which a printed rotation matrix may miss R R^T = 1
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+_NO_ITEM = object()
+_HINT = "give numbers; separator and decimal stand in [table] of its .toml"
 
 
 def read_foreign(path: Path, facts: TableFacts) -> tuple[list[str], Array, NDArray[np.int64]]:
     """Names (K,) and values (N, K) in the format's units, and the line that each row stands on. Raises LogError."""
     if facts.separator == facts.decimal:
         raise LogError("has the same sign between cells and decimals", hint="correct [table] in its .toml", path=path)
-    lines = _text(path).splitlines()
-    header = _cells(lines[facts.header - 1], facts) if 0 < facts.header <= len(lines) else []
-    where = [k for k in range(facts.header, len(lines)) if lines[k].strip() and not lines[k].startswith(_COMMENT)]
-    if not where:
-        raise LogError("holds no samples", hint="give rows behind the header", path=path)
-    rows = [_cells(lines[k], facts) for k in where]
-    own = {n: Source(n) for n in header if n in COLUMNS and n not in ORIENTATION}
-    sources = facts.columns or own
-    found = {}
+    cells = read_cells(path, facts)
+    sources = facts.columns or {n: Source(n) for n in cells.header if n in COLUMNS and n not in ORIENTATION}
+    found: dict[str, Array] = {}
     for name, source in sources.items():
-        values = _values(path, rows, where, _place(path, source.column, header, len(rows[0])), name, facts)
-        found[name] = _in_format(path, name, values, source.unit, facts)
-    if facts.orientation_from or (not facts.columns and all(n in header for n in ORIENTATION)):
+        stamps = _stamps(cells, source) if name == "t" else None
+        if stamps is None:
+            values = source.scale * _values(cells, source, name, facts) + source.offset
+            found[name] = _in_format(path, name, values, source.unit, facts)
+        else:
+            found[name] = stamps
+    if facts.step > 0.0:
+        found["t"] = facts.step * cells.numbers.astype(np.float64)
+    if facts.orientation_from or (not facts.columns and all(n in cells.header for n in ORIENTATION)):
         columns = facts.orientation_from or ORIENTATION
-        each = [_values(path, rows, where, _place(path, c, header, len(rows[0])), str(c), facts) for c in columns]
-        found |= dict(zip(ORIENTATION, _abc(np.stack(each, axis=1), facts).T, strict=True))
+        each = np.stack([_values(cells, Source(c), str(c), facts) for c in columns], axis=1)
+        found |= dict(zip(ORIENTATION, _abc(cells, each, facts).T, strict=True))
     for axis, other in facts.add.items():
         for kind in ("", "c"):
             if f"{kind}{axis}" in found and f"{kind}{other}" in found:
                 found[f"{kind}{axis}"] = found[f"{kind}{axis}"] + found[f"{kind}{other}"]
     names = [n for n in COLUMNS if n in found]
-    return names, np.stack([found[n] for n in names], axis=1), np.array(where, np.int64) + 1
+    if not names:
+        raise LogError("no column of it is named", hint="say in [table.columns] of its .toml what is what", path=path)
+    return names, np.stack([found[n] for n in names], axis=1), cells.lines
 
 
-def _text(path: Path) -> str:
-    try:
-        raw = path.read_bytes()
-    except OSError as e:
-        raise LogError(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", "replace")  # of an older Windows; numbers are the same in both
-
-
-def _cells(line: str, facts: TableFacts) -> list[str]:
-    cells = line.split() if facts.separator == " " else line.split(facts.separator)
-    return [cell.strip().strip('"').strip() for cell in cells]
-
-
-def _place(path: Path, column: str | int, header: Sequence[str], count: int) -> int:
-    """Which cell of a row a column is."""
-    if isinstance(column, int):
-        if column > count:
-            raise LogError(f"has no column {column}", hint=f"its first row has {count} cells", path=path)
-        return column - 1
-    if column not in header:
-        near = difflib.get_close_matches(column, header, n=3, cutoff=0.4) or header[:8]
-        hint = f"its header has {', '.join(near)}" if header else "give columns by number, as there is no header"
-        raise LogError(f"has no column {column[:40]!r}", hint=hint, path=path, line=1 if header else 0)
-    return header.index(column)
-
-
-def _values(
-    path: Path, rows: Sequence[Sequence[str]], where: Sequence[int], place: int, name: str, facts: TableFacts
-) -> Array:
+def _values(cells: TableCells, source: Source, name: str, facts: TableFacts) -> Array:
     """(N,) numbers of a column, NaN where nothing was measured."""
-    out = np.empty(len(rows))
-    for k, row in enumerate(rows):
-        if place >= len(row):
-            hint = f"its cell {place + 1} is missing; separator and decimal stand in [table] of its .toml"
-            raise LogError(f"has no {name} in this row", hint=hint, path=path, line=where[k] + 1)
-        cell = row[place]
-        if cell.lower() in _EMPTY:
-            out[k] = np.nan
-            continue
-        try:
-            out[k] = float(cell.replace(",", ".") if facts.decimal == "," else cell)
-        except ValueError:
-            out[k] = np.inf
+    column = cells.column(source.column, name)
+    out = np.empty(len(column))
+    for k, whole in enumerate(column):
+        cell = _item(whole, source.item)
+        if cell is _NO_ITEM:
+            what, hint = f"has no item {source.item} of {name} in this row", f"the cell is {str(whole)[:40]}"
+            raise LogError(what, hint=hint, path=cells.path, line=int(cells.lines[k]))
+        out[k] = _number(cell, facts.decimal)
         if np.isinf(out[k]):
-            hint = "give numbers; separator and decimal stand in [table] of its .toml"
-            raise LogError(f"{name} is {cell[:30]!r}", hint=hint, path=path, line=where[k] + 1)
+            raise LogError(f"{name} is {str(cell)[:30]!r}", hint=_HINT, path=cells.path, line=int(cells.lines[k]))
     return out
+
+
+def _item(cell: Any, item: int) -> Any:
+    """A cell, or one of its list's items from 1, `_NO_ITEM` where the list is too short."""
+    if item:
+        items = list(cell) if isinstance(cell, list | tuple) else re.split(r"[,;\s]+", str(cell).strip("[]() "))
+        return items[item - 1] if item <= len(items) else _NO_ITEM
+    return cell
+
+
+def _number(cell: Any, decimal: str) -> float:
+    """A cell's number, NaN where nothing was measured, infinite where it is none."""
+    text = str(cell)
+    if text.lower() in _EMPTY:
+        return float("nan")
+    try:
+        return float(text.replace(",", ".") if decimal == "," else text)
+    except ValueError:
+        return float("inf")
+
+
+def _stamps(cells: TableCells, source: Source) -> Array | None:
+    """(N,) seconds of dates with times, or of times of the day, as ISO 8601 writes them; None where the first is a number."""
+    column = [_item(cell, source.item) for cell in cells.column(source.column, "t")]
+    if not np.isinf(_number(column[0], ",")):
+        return None
+    out = np.empty(len(column))
+    for k, cell in enumerate(column):
+        out[k] = _seconds(cell)
+        if np.isnan(out[k]):
+            hint = "give seconds, or dates and times as 2026-11-27 14:05:03.25"
+            raise LogError(f"t is {str(cell)[:30]!r}", hint=hint, path=cells.path, line=int(cells.lines[k]))
+    return out
+
+
+def _seconds(cell: Any) -> float:
+    """Since 1970, or since midnight where there is no date; NaN where it is no time."""
+    try:
+        moment = cell if isinstance(cell, datetime) else datetime.fromisoformat(str(cell))
+    except ValueError:
+        try:
+            day = time.fromisoformat(str(cell))
+        except ValueError:
+            return float("nan")
+        return 3600.0 * day.hour + 60.0 * day.minute + day.second + 1e-6 * day.microsecond
+    return ((moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - _EPOCH).total_seconds()
 
 
 def _in_format(path: Path, name: str, values: Array, unit: str, facts: TableFacts) -> Array:
@@ -128,7 +144,7 @@ def _in_format(path: Path, name: str, values: Array, unit: str, facts: TableFact
     return values
 
 
-def _abc(values: Array, facts: TableFacts) -> Array:
+def _abc(cells: TableCells, values: Array, facts: TableFacts) -> Array:
     """(N, 3) A, B, C in degrees of orientations (N, k); NaN where one of their numbers is missing."""
     out = np.full((len(values), 3), np.nan)
     kind = facts.orientation
@@ -142,6 +158,8 @@ def _abc(values: Array, facts: TableFacts) -> Array:
         R = quaternion_to_rotation(v[:, [3, 0, 1, 2]])
     elif kind == "rotvec":
         R = rotation_exp(v)
+    elif kind == "matrix":
+        R = _rotations(cells, v, np.flatnonzero(good))
     else:
         angles = v if facts.units["angles"] == "rad" else deg_to_rad(v)
         each = angles[:, :, None] * np.eye(3)
@@ -152,3 +170,15 @@ def _abc(values: Array, facts: TableFacts) -> Array:
         )
     out[good] = rad_to_deg(rotation_to_abc(R))
     return out
+
+
+def _rotations(cells: TableCells, values: Array, rows: NDArray[np.int64]) -> Array:
+    """(N, 3, 3) the rotations that printed matrices (N, 9), row by row, are nearest to. rows: (N,) where they stand."""
+    M = values.reshape(-1, 3, 3)
+    off = np.abs(M @ M.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    bad = (off > _ROUGH) | (np.linalg.det(M) < 0.0)
+    if bad.any():
+        hint = "name its nine cells row by row; columns of a 4 by 4 matrix hold a place beside them"
+        raise LogError("is no rotation", hint=hint, path=cells.path, line=int(cells.lines[rows[np.argmax(bad)]]))
+    U, _, Vt = np.linalg.svd(M)
+    return np.asarray(U @ Vt)

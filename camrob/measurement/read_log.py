@@ -74,7 +74,7 @@ def read_log(path: str | Path) -> MeasurementLog:
     info = read_info(beside) if beside.is_file() else LogInfo()
     facts = read_table_facts(beside) if beside.is_file() else None
     first = 1 if parquet else 2
-    if facts is not None and not parquet:
+    if facts is not None:
         names, table, lines = read_foreign(path, facts)
         _check_names(names, path, timed=not info.poses)
     else:
@@ -258,4 +258,5 @@ def _check_time(t: Array, path: Path, lines: NDArray[np.int64]) -> None:
         hint = "time has to advance from row to row: sort or split the log"
         if t[row] == t[row - 1]:
             hint += ", or write [table] into its .toml, which counts rows once that say the same again"
+            hint += "; step_s there takes the place of stamps that are coarser than the sampling"
         raise LogError(what, hint=hint, path=path, line=int(lines[row]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from camrob.measurement.log import AXES, COLUMNS, ORIENTATION
 from camrob.measurement.log_info import wrong_key
 from camrob.toml.read_toml import read_toml
 
-__all__ = ["ORIENTATIONS", "UNITS", "Source", "TableFacts", "read_table_facts"]
+__all__ = ["ORIENTATIONS", "UNITS", "Beside", "Source", "TableFacts", "read_table_facts"]
 
 UNITS = {
     "angles": ("deg", "rad"),
@@ -21,26 +22,44 @@ UNITS = {
 }
 """Units that a table may be in, by what they measure, the format's own first."""
 
-ORIENTATIONS = {"abc": 3, "xyz": 3, "rotvec": 3, "wxyz": 4, "xyzw": 4}
+ORIENTATIONS = {"abc": 3, "xyz": 3, "rotvec": 3, "wxyz": 4, "xyzw": 4, "matrix": 9}
 """Ways to write an orientation, and of how many numbers: R = Rz(a) Ry(b) Rx(c) (KUKA's A, B, C; Fanuc's R, P, W), Rx Ry Rz
-(Staubli), a rotation vector (UR), quaternions with their real part first (ABB) and last (ROS)."""
+(Staubli), a rotation vector (UR), quaternions with their real part first (ABB) and last (ROS), and the matrix row by row."""
 
-_KEYS = ("separator", "decimal", "header", "angles", "lengths", "time", "orientation", "columns", "add")
+_SEPARATORS = (",", ";", "\t", " ", "|")
+_UNITS = ("", *(u for kind in UNITS.values() for u in kind))
+_KEYS = ("separator", "decimal", "header", *UNITS, "orientation", "columns", "add", "step_s", "rows", "beside")
+_OF_A_COLUMN = ("column", "unit", "scale", "offset", "item")
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a column of the format stands: its name in the header, or its number from 1; and its unit, "" for the table's."""
+    """Where a column of the format stands: its name in the header, or its number from 1; its unit, "" for the table's, once
+    the number is multiplied by scale and offset is added; item: which of a cell's list, from 1, 0 where it holds one number.
+    """
 
     column: str | int
     unit: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+    item: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """A second table whose rows belong to the first's one by one: its name in the same folder, separator, line of the names."""
+
+    file: str
+    separator: str
+    header: int
 
 
 @dataclass(frozen=True, slots=True)
 class TableFacts:
     """separator: " " for any blanks; header: the line of the names, 0 for none; units: by `UNITS`; orientation: one of
     `ORIENTATIONS`, and orientation_from its columns, () for none; columns: by the format's names, empty where the table's names
-    are the format's; add: axis to the axis whose value is added to its own.
+    are the format's; add: axis to the axis whose value is added to its own; step: s from row to row where no column tells the
+    time, else 0; rows: a column, and what stands there in the rows that are taken; beside: the second table.
     """
 
     separator: str
@@ -51,6 +70,9 @@ class TableFacts:
     orientation_from: tuple[str | int, ...]
     columns: Mapping[str, Source]
     add: Mapping[str, str]
+    step: float
+    rows: tuple[str | int, tuple[str, ...]] | None
+    beside: Beside | None
 
 
 def read_table_facts(path: Path) -> TableFacts | None:
@@ -64,15 +86,20 @@ def read_table_facts(path: Path) -> TableFacts | None:
         if key not in _KEYS:
             raise wrong_key(path, str(key)[:40], "is not a key of [table]", f"use {', '.join(_KEYS)}")
     orientation, source = _orientation(path, table.get("orientation"))
+    columns = _columns(path, table.get("columns", {}))
+    separator, header = _one_of(path, table, "separator", _SEPARATORS), _header(path, table.get("header", 1))
     return TableFacts(
-        separator=_one_of(path, table, "separator", (",", ";", "\t", " ")),
+        separator=separator,
         decimal=_one_of(path, table, "decimal", (".", ",")),
-        header=_header(path, table.get("header", 1)),
+        header=header,
         units={kind: _one_of(path, table, kind, names) for kind, names in UNITS.items()},
         orientation=orientation,
         orientation_from=source,
-        columns=_columns(path, table.get("columns", {})),
+        columns=columns,
         add=_added(path, table.get("add", {})),
+        step=_step(path, table.get("step_s"), timed="t" in columns),
+        rows=_rows(path, table.get("rows")),
+        beside=_beside(path, table.get("beside"), separator, header),
     )
 
 
@@ -103,21 +130,70 @@ def _columns(path: Path, given: Any) -> dict[str, Source]:
         if name not in COLUMNS or name in ORIENTATION:
             hint = f"use {', '.join(n for n in COLUMNS if n not in ORIENTATION)}; orientation stands in [table]"
             raise wrong_key(path, str(name)[:40], "is not a column of a log", hint)
-        unit = ""
-        if isinstance(value, dict):
-            unit = str(value.get("unit", ""))
-            if set(value) - {"column", "unit"} or unit not in ("", *(u for kind in UNITS.values() for u in kind)):
-                raise wrong_key(path, name, "is not understood", '{ column = "torso", unit = "m" } says name and unit')
-            value = value.get("column")
-        found[name] = Source(_column(path, name, value), unit)
+        found[name] = _source(path, name, value if isinstance(value, dict) else {"column": value})
     return found
+
+
+def _source(path: Path, name: str, given: Mapping[str, Any]) -> Source:
+    unit, numbers = given.get("unit", ""), [given.get("scale", 1.0), given.get("offset", 0.0)]
+    if set(given) - set(_OF_A_COLUMN) or unit not in _UNITS or not all(map(_is_number, numbers)) or not numbers[0]:
+        hint = (
+            '{ column = "torso", unit = "m" } says name and unit, scale = -0.001, offset = 5 that it is to be converted'
+        )
+        raise wrong_key(path, name, "is not understood", hint)
+    item = given.get("item", 0)
+    if isinstance(item, bool) or not isinstance(item, int) or item < 0:
+        raise wrong_key(path, name, f"item is {str(item)[:40]}", "give which of the cell's list it is, from 1")
+    return Source(_column(path, name, given.get("column")), unit, float(numbers[0]), float(numbers[1]), item)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _step(path: Path, given: Any, *, timed: bool) -> float:
+    if given is None:
+        return 0.0
+    if not _is_number(given) or given <= 0.0:
+        raise wrong_key(path, "step_s", f"is {str(given)[:40]}", "give the seconds from row to row, as in step_s = 0.1")
+    if timed:
+        raise wrong_key(path, "step_s", "stands beside a column t", "leave one of both")
+    return float(given)
+
+
+def _rows(path: Path, given: Any) -> tuple[str | int, tuple[str, ...]] | None:
+    if given is None:
+        return None
+    values = given.get("is") if isinstance(given, dict) else None
+    values = values if isinstance(values, list) else [values]
+    good = all(isinstance(v, str | int | float) and not isinstance(v, bool) for v in values)
+    if not isinstance(given, dict) or set(given) != {"column", "is"} or not values or not good:
+        raise wrong_key(
+            path, "rows", "is not understood", 'write rows = { column = "run", is = 3 }, or is = ["a", "b"]'
+        )
+    return _column(path, "rows", given["column"]), tuple(map(str, values))
+
+
+def _beside(path: Path, given: Any, separator: str, header: int) -> Beside | None:
+    """separator and header: the first table's, which hold where the second says none."""
+    if given is None:
+        return None
+    table = {"file": given} if isinstance(given, str) else given
+    name = table.get("file") if isinstance(table, dict) else None
+    if not isinstance(name, str) or set(table) - {"file", "separator", "header"} or Path(name).name != name:
+        hint = (
+            'write beside = "poses.txt", a file of this folder, or { file = "poses.txt", separator = " ", header = 0 }'
+        )
+        raise wrong_key(path, "beside", "is not understood", hint)
+    own = {"separator": separator, **table}
+    return Beside(name, _one_of(path, own, "separator", _SEPARATORS), _header(path, table.get("header", header)))
 
 
 def _orientation(path: Path, given: Any) -> tuple[str, tuple[str | int, ...]]:
     if given is None:
         return "abc", ()
     hint = 'write orientation = { as = "wxyz", columns = ["qw", "qx", "qy", "qz"] }'
-    if not isinstance(given, dict) or set(given) != {"as", "columns"} or given["as"] not in ORIENTATIONS:
+    if not isinstance(given, dict) or set(given) != {"as", "columns"} or given["as"] not in list(ORIENTATIONS):
         raise wrong_key(path, "orientation", "is not understood", f"{hint}, as one of {', '.join(ORIENTATIONS)}")
     columns = given["columns"]
     if not isinstance(columns, list) or len(columns) != ORIENTATIONS[given["as"]]:
