@@ -39,7 +39,7 @@ def read_foreign(path: Path, facts: TableFacts) -> tuple[list[str], Array, NDArr
     sources = facts.columns or {n: Source(n) for n in cells.header if n in COLUMNS and n not in ORIENTATION}
     found: dict[str, Array] = {}
     for name, source in sources.items():
-        stamps = _stamps(cells, source) if name == "t" else None
+        stamps = _stamps(cells, source) if name == "t" and source.column else None
         if stamps is None:
             values = source.scale * _values(cells, source, name, facts) + source.offset
             found[name] = _in_format(path, name, values, source.unit, facts)
@@ -63,6 +63,8 @@ def read_foreign(path: Path, facts: TableFacts) -> tuple[list[str], Array, NDArr
 
 def _values(cells: TableCells, source: Source, name: str, facts: TableFacts) -> Array:
     """(N,) numbers of a column, NaN where nothing was measured."""
+    if source.column == 0:
+        return np.zeros(len(cells.rows))
     column = cells.column(source.column, name)
     out = np.empty(len(column))
     for k, whole in enumerate(column):

@@ -115,7 +115,9 @@ def _parquet(path: Path, facts: TableFacts) -> TableCells:
     try:
         data: Any = parquet.ParquetFile(path)
         names = [str(n) for n in data.schema_arrow.names]
-        asked = [source.column for source in facts.columns.values()] or [n for n in names if n in COLUMNS]
+        asked = [source.column for source in facts.columns.values() if source.column] or [
+            n for n in names if n in COLUMNS
+        ]
         asked += [*facts.orientation_from, *(() if facts.rows is None else (facts.rows[0],))]
         used = {names[c - 1] if isinstance(c, int) and c <= len(names) else c for c in asked}
         table = data.read(columns=[n for n in names if n in used])

@@ -30,12 +30,14 @@ _SEPARATORS = (",", ";", "\t", " ", "|")
 _UNITS = ("", *(u for kind in UNITS.values() for u in kind))
 _KEYS = ("separator", "decimal", "header", *UNITS, "orientation", "columns", "add", "step_s", "rows", "beside")
 _OF_A_COLUMN = ("column", "unit", "scale", "offset", "item")
+_ALIKE = ("value", "unit")
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
     """Where a column of the format stands: its name in the header, or its number from 1; its unit, "" for the table's, once
     the number is multiplied by scale and offset is added; item: which of a cell's list, from 1, 0 where it holds one number.
+    column 0: all rows hold the offset.
     """
 
     column: str | int
@@ -135,6 +137,11 @@ def _columns(path: Path, given: Any) -> dict[str, Source]:
 
 
 def _source(path: Path, name: str, given: Mapping[str, Any]) -> Source:
+    if "value" in given:
+        if set(given) - set(_ALIKE) or given.get("unit", "") not in _UNITS or not _is_number(given["value"]):
+            hint = "{ value = 0 } is of an axis that stood still, or of a direction that the instrument doesn't see"
+            raise wrong_key(path, name, "is not understood", hint)
+        return Source(0, given.get("unit", ""), offset=float(given["value"]))
     unit, numbers = given.get("unit", ""), [given.get("scale", 1.0), given.get("offset", 0.0)]
     if set(given) - set(_OF_A_COLUMN) or unit not in _UNITS or not all(map(_is_number, numbers)) or not numbers[0]:
         hint = (

@@ -71,6 +71,21 @@ def test_rows_at_a_known_step_in_counts_of_the_motors_and_milliamperes(tmp_path:
     assert log.columns["I1"].tolist() == [0.25, 0.26]
 
 
+def test_an_axis_that_stood_still_and_a_gauge_that_sees_one_direction(tmp_path: Path) -> None:
+    """A length gauge along a stage: x and y are where they were commanded; A2 was clamped at 0.5 rad and not logged."""
+    toml = (
+        "poses = true\n[table]\n[table.columns]\nA1 = 'set'\nA2 = { value = 0.5, unit = 'rad' }\nx = { value = 0 }\n"
+        "y = { value = 12.5 }\nz = 'seen'\n"
+    )
+    text = "set,seen\n0,0.001\n10,10.002\n"
+    log = log_of(tmp_path, text, toml)
+    assert log.axes(["A2"])[:, 0] == pytest.approx(np.rad2deg([0.5, 0.5]))
+    assert log.position[1] == pytest.approx([0.0, 0.0125, 0.010002])
+    said = refusal(tmp_path, text, toml.replace("{ value = 0 }", "{ value = 'none' }"))
+    assert "x: is not understood; { value = 0 } is of an axis that stood still" in said
+    assert "x: is not understood" in refusal(tmp_path, text, toml.replace("value = 0 ", "value = 0, scale = 2 "))
+
+
 @pytest.mark.parametrize(
     ("stamps", "seconds"),
     [

@@ -9,7 +9,7 @@ from camrob.gap.observation.scene import Scene
 from camrob.measurement.log import POSITION
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["rounding_of"]
+__all__ = ["rounding_of", "rounding_of_drives"]
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,19 @@ def rounding_of(scene: Scene) -> list[tuple[str, float]]:
             )
         )
     return found
+
+
+def rounding_of_drives(scene: Scene) -> Array:
+    """(k,) rad or m: what coarse steps of set-points and encoders alone leave (1 sigma) between them, by axis; 0 where all have
+    more decimals.
+    """
+    out = np.zeros(len(scene.axes))
+    for k, axis in enumerate(scene.axes):
+        steps = [_step(np.asarray(scene.log.columns[n])) for n in (axis, f"c{axis}") if n in scene.log.columns]
+        sliding = scene.cell.joints[scene.cell.index(axis)].prismatic
+        size = float(np.sqrt(sum(s**2 for s in steps) / 12.0))
+        out[k] = mm_to_m(size) if sliding else deg_to_rad(size)
+    return out
 
 
 def _step(values: Array) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import LogError
+from camrob.gap.observation.few_decimals import rounding_of_drives
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import robust_sigma
 from camrob.units import deg_to_rad, mm_to_m
@@ -66,6 +67,8 @@ def noise_of(scene: Scene) -> Noise:
     linear = [scene.cell.joints[scene.cell.index(a)].prismatic for a in scene.axes]
     drives = np.where(linear, scene.log.info.sigma_axis_length, scene.log.info.sigma_axis)
     least = np.full(len(linear), _FLOOR_DRIVE) if not scene.tracked else servo
+    if scene.servo_gap is not None:
+        least = np.maximum(least, rounding_of_drives(scene))
     servo = np.where(np.nan_to_num(drives) > 0.0, drives, least)
     if scene.servo_gap is not None:
         servo = np.maximum(servo, robust_sigma(scene.servo_gap, scene.pieces))
