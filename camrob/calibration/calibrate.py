@@ -22,6 +22,7 @@ from camrob.calibration.pose_by_pose import CalibrationEvidence, PoseErrors
 from camrob.calibration.sets import (
     Prepared,
     fit_frames,
+    frames_of_all,
     identifiability,
     named_parameter,
     nuisance_of,
@@ -86,7 +87,8 @@ def fit_cell(
     for part, (_, first) in zip(sets, firsts, strict=True):
         _believable(cell, first, part)
     kept, fit, seen = _fitted_as_far_as_seen(cell, prepared, [first for _, first in firsts], names)
-    stages = [_stages(part, first, fit) for part, first in zip(kept, firsts, strict=True)]
+    frames = frames_of_all(cell, sets, [(model, first.parameters.values_array) for model, first in firsts])
+    stages = [_stages(part, stage, fit) for part, stage in zip(kept, frames, strict=True)]
     poses = [pose_errors_of(part, s, withheld=False) for part, s in zip(sets, stages, strict=True)]
     poses += [
         pose_errors_of(part, s, withheld=True)
@@ -236,11 +238,11 @@ def _refuse(cell: Cell, seen: Identifiability, names: Sequence[str], data: Measu
         raise SingularError(f"{what}; leave parameters out or measure other poses")
 
 
-def _stages(part: Prepared, first: tuple[ErrorModel, Fit], fit: Fit) -> Stages:
+def _stages(part: Prepared, frames: tuple[ErrorModel, Array], fit: Fit) -> Stages:
     """The models of a fitted set, from the nominal robot to the calibrated one."""
     values = fit.parameters.values_array
     found = Stages(
-        frames=(first[0], first[1].parameters.values_array),
+        frames=frames,
         calibrated=(part.model.model, values[np.asarray(part.model.columns)]),
         spread=(fit.scatter_position, fit.scatter_angle),
     )

@@ -22,6 +22,7 @@ __all__ = [
     "Prepared",
     "SetModel",
     "fit_frames",
+    "frames_of_all",
     "identifiability",
     "named_parameter",
     "nuisance_of",
@@ -166,3 +167,19 @@ def fit_frames(
     parameters = [replace(parameter_of(cell, n), value=moved.get(n, 0.0)) for n in FRAMES] + [robot[n] for n in own]
     held = [*own, *(n for n in FRAMES if n not in seen.kept)]
     return model, fit_parameters([(model, data)], ParameterSet.of(parameters).fixed(held))
+
+
+def frames_of_all(
+    cell: Cell, sets: Sequence[Measurements], alone: Sequence[tuple[ErrorModel, Array]]
+) -> Sequence[tuple[ErrorModel, Array]]:
+    """Base and tool of each set, the robot being nominal: as fitted to it alone, or, where sets name others' as theirs, to all
+    together, so that each has what the calibrated fit has. alone: model and values of each set's own fit.
+    """
+    if all(owner_of(sets, k, side) == k for k in range(len(sets)) for side in SIDES):
+        return alone
+    prepared = prepare_sets(cell, sets, FRAMES)
+    seen = identifiability(prepared, np.full(len(prepared[0].names), 1e-3))
+    kept = [part.with_names(seen.kept) for part in prepared]
+    free = ParameterSet.of(named_parameter(cell, n) for n in seen.kept)
+    values = fit_parameters([(part.model, part.data) for part in kept], free).parameters.values_array
+    return [(part.model.model, values[part.model.columns]) for part in kept]
