@@ -30,8 +30,8 @@ def align(
         return left, right
     spread = nominal[:, :3, 3] - nominal[:, :3, 3].mean(axis=0)
     if len(nominal) < 4 or (not frame_known and np.linalg.svd(spread, compute_uv=False)[1] < 1e-3):
-        what = "the instrument's frame can't be found: too few poses, or all on one line; measure 4 or more, spread in space"
-        raise SingularError(what, value=float(len(nominal)), unit="poses")
+        why = f"{len(nominal)} poses are too few" if len(nominal) < 4 else f"its {len(nominal)} poses are on one line"
+        raise SingularError(f"the instrument's frame can't be found: {why}; measure 4 or more, spread in space")
     if oriented:
         return _oriented(nominal, measured, frame_known, target_known)
     return _by_turns(nominal, measured, frame_known, target_known)
