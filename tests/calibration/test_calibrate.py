@@ -86,7 +86,7 @@ def test_the_instrument_is_placed_from_poses() -> None:
     assert np.allclose(found[0] @ one @ found[1], left @ one @ right, atol=1e-9)
     line = nominal.copy()
     line[:, 1:3, 3] = 0.0
-    with pytest.raises(SingularError, match="found: its [0-9]+ poses are on one line; measure 4"):
+    with pytest.raises(SingularError, match=r"found: its [0-9]+ poses are on one line; measure 4"):
         align(line, left @ line, oriented=True, frame_known=False, target_known=True)
 
 
