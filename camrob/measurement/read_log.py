@@ -176,11 +176,14 @@ def _read_csv(path: Path, *, timed: bool) -> tuple[list[str], Array]:
         raise LogError("is not UTF-8 text", hint="save it as UTF-8", path=path, line=1) from None
     if not header.strip():
         raise LogError("is empty", hint="give a header row and samples", path=path, line=1)
-    for other, word in ((";", "semicolons"), ("\t", "tabs")):
-        if other in header and "," not in header:
+    for other, word in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks")):
+        if other in header.strip() and "," not in header:
             hint = "separate columns by commas, decimals by a point, or say so in [table] of its .toml"
             raise LogError(f"separates columns by {word}", hint=hint, path=path, line=1)
     names = [name.strip().strip('"') for name in header.split(",")]
+    if all(_NUMBER.fullmatch(name.encode()) for name in names):
+        hint = "name its columns in the first line, or say header = 0 in [table] of its .toml, and columns by number"
+        raise LogError("holds numbers where its names should be", hint=hint, path=path, line=1)
     _check_names(names, path, timed=timed)
     text = np.frombuffer(raw, np.uint8)
     table = np.empty((int(np.count_nonzero(text[end:] == 10)) + 1, len(names)))

@@ -181,3 +181,15 @@ def test_what_can_not_be_meant_is_refused(tmp_path: Path, toml: str, said: str) 
 def test_a_table_of_which_nothing_is_named(tmp_path: Path) -> None:
     said = refusal(tmp_path, "time,joint\n0,1\n", "[table]\nangles = 'rad'\n")
     assert "no column of it is named; say in [table.columns]" in said
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("t A1 A2\n0 1 2\n", "log.csv:1: separates columns by blanks; separate columns by commas"),
+        ("t|A1\n0|1\n", "log.csv:1: separates columns by bars"),
+        ("0.5,1.25,-3e-1\n0.6,1.5,-2\n", "log.csv:1: holds numbers where its names should be; name its columns"),
+    ],
+)
+def test_a_table_that_needs_a_description_says_which(tmp_path: Path, text: str, said: str) -> None:
+    assert said in refusal(tmp_path, text, "")
