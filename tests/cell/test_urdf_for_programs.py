@@ -72,6 +72,25 @@ def test_a_robot_s_rows_are_pinocchio_s_and_a_part_is_posted_with_them(tmp_path:
     assert read_cell(tmp_path / "ur10e").digest == cell.digest
 
 
+def test_home_is_before_the_foot_with_the_first_axis_at_zero(tmp_path: Path) -> None:
+    axes = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
+    places = ("0 0 0.5", "0.2 0 0", "0 0 0.9", "0 0 0.2", "1 0 0", "0.15 0 0")
+    link = "".join(f'<link name="l{k}"/>' for k in range(7))
+    joint = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="{place}"/>'
+        f'<axis xyz="{axis}"/><limit lower="-2.5" upper="2.5" velocity="1" effort="9"/></joint>'
+        for k, (axis, place) in enumerate(zip(axes, places, strict=True))
+    )
+    (tmp_path / "six.urdf").write_text(f'<robot name="six">{link}{joint}</robot>')
+    cell = cell_from_urdf(tmp_path / "six.urdf", post=True, out=tmp_path / "out").cell
+    q = np.asarray(cell.q_home)[:6]
+    assert q[0] == 0.0  # it leaves conditioning alone
+    assert np.sum(q == 0.0) >= 2, q
+    x, _y, z = base_T_tool(cell, np.asarray(cell.q_home))[:3, 3]
+    assert x > 0.5
+    assert z > 0.0
+
+
 def test_an_arm_of_seven_axes_is_refused_with_what_to_do(tmp_path: Path) -> None:
     link = "".join(f'<link name="l{k}"/>' for k in range(8))
     joint = "".join(

@@ -51,6 +51,8 @@ _DRAWN = 40_000  # postures among which HOME is looked for
 _FROM_LIMITS = 0.05  # of an axis's range that HOME keeps from its ends
 _LEAN = 0.98  # cosine of the plate's lean at HOME at the most
 _HIGH = 0.2  # m of the plate above the robot's foot at HOME at the least
+_ASIDE = deg_to_rad(30.0)  # by which it stands aside of the foot's x at the most
+_WORSE = 0.03  # of 1/k_F, that an axis at 0 may cost
 
 _TABLES = """
 # Chain, limits, speeds and masses are the URDF's, its chain as standard Denavit-Hartenberg rows. What else stands here no URDF
@@ -204,14 +206,34 @@ def _number(value: float) -> str:
 
 
 def _home(cell: Cell, length: float) -> Array:
-    """The best-conditioned posture (n,) of those drawn in which the plate looks down from a fair height, else of all."""
+    """The best-conditioned posture (n,) of those drawn in which the plate looks down from a fair height before the robot's foot,
+    its first axis at 0, else of all; each further axis at 0 where that is no worse.
+    """
     part = cell.arm_slice
     lower, upper = np.clip(cell.q_lower[part], -np.pi, np.pi), np.clip(cell.q_upper[part], -np.pi, np.pi)
     inside = _FROM_LIMITS * (upper - lower)
     lower, upper = lower + inside, upper - inside
     q = np.tile(cell.q_home, (_DRAWN, 1))
     q[:, part] = np.random.default_rng(0).uniform(lower, upper, (_DRAWN, len(lower)))
-    plate = base_T_tool(cell, q)
-    value = inverse_kf_many(chain_arrays(cell)._replace(length=length), q)
-    fair = (plate[:, 2, 2] < -_LEAN) & (plate[:, 2, 3] > _HIGH)
-    return np.asarray(q[int(np.argmax(np.where(fair, value + 1.0, value)))])
+    q[1::2, part.start] = np.clip(
+        0.0, lower[0], upper[0]
+    )  # the first axis alone changes where the plate is, and no more
+
+    def value(q: Array) -> Array:
+        plate = base_T_tool(cell, q)
+        ahead = plate[:, 0, 3] > np.cos(_ASIDE) * np.hypot(plate[:, 0, 3], plate[:, 1, 3])
+        fair = (plate[:, 2, 2] < -_LEAN) & (plate[:, 2, 3] > _HIGH) & ahead
+        return (
+            inverse_kf_many(chain_arrays(cell)._replace(length=length), q) + fair + (fair & (q[:, part.start] == 0.0))
+        )
+
+    best = q[int(np.argmax(value(q)))]
+    for i in range(part.start, part.stop):
+        straight = best.copy()
+        straight[i] = 0.0
+        if (
+            lower[i - part.start] <= 0.0 <= upper[i - part.start]
+            and value(straight[None])[0] >= value(best[None])[0] - _WORSE
+        ):
+            best = straight
+    return np.asarray(best)
