@@ -215,17 +215,14 @@ def _home(cell: Cell, length: float) -> Array:
     lower, upper = lower + inside, upper - inside
     q = np.tile(cell.q_home, (_DRAWN, 1))
     q[:, part] = np.random.default_rng(0).uniform(lower, upper, (_DRAWN, len(lower)))
-    q[1::2, part.start] = np.clip(
-        0.0, lower[0], upper[0]
-    )  # the first axis alone changes where the plate is, and no more
+    q[1::2, part.start] = np.clip(0.0, lower[0], upper[0])  # it changes where the plate is, and no more
 
     def value(q: Array) -> Array:
         plate = base_T_tool(cell, q)
         ahead = plate[:, 0, 3] > np.cos(_ASIDE) * np.hypot(plate[:, 0, 3], plate[:, 1, 3])
         fair = (plate[:, 2, 2] < -_LEAN) & (plate[:, 2, 3] > _HIGH) & ahead
-        return (
-            inverse_kf_many(chain_arrays(cell)._replace(length=length), q) + fair + (fair & (q[:, part.start] == 0.0))
-        )
+        ahead_at_zero = fair & (q[:, part.start] == 0.0)
+        return np.asarray(inverse_kf_many(chain_arrays(cell)._replace(length=length), q) + fair + ahead_at_zero)
 
     best = q[int(np.argmax(value(q)))]
     for i in range(part.start, part.stop):
