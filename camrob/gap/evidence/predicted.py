@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.far_off import stays_far_off
-from camrob.gap.evidence.model import Model
+from camrob.gap.evidence.model import Model, whole_gap
 from camrob.gap.evidence.shrink import RANK, Trial, frame_columns, settled
 
-__all__ = ["expected"]
+__all__ = ["expected", "field_at", "stays_where_fitted"]
 
 Array = NDArray[np.float64]
 Set = frozenset[int]
@@ -18,30 +18,59 @@ Set = frozenset[int]
 _SOME = 300  # rows of a log that tell the variance well enough
 
 
-def expected(model: Model, trial: Trial, keep: Set, *, far: bool = True) -> tuple[float, float]:
+def expected(
+    model: Model, trial: Trial, keep: Set, *, far: bool = True, stays: float | None = None
+) -> tuple[float, float]:
     """m (rms) on withheld samples before and after `keep` is taken away. far: what parts of the logs that a fit left out show of
-    far postures counts too; a name is held to what its own fit says.
+    far postures counts too; a name is held to what its own fit says. stays: m2 that nothing takes, None for what stays where
+    the logs were fitted.
 
     What `keep` moves the TCP by there, beside what else was found, the discrepancy at these postures as far as it is known, by
-    how much these may be off (as the fit says, or as parts of the logs that it left out show, whichever is more), and the noise.
+    how much these may be off (as the fit says, or as parts of the logs that it left out show, whichever is more), and what
+    stays where it was fitted.
     """
     values, rest = model.values(keep, model.best), model.values(model.best.members - keep, model.best)
     before, after, spread, count = [], [], [], []
     for k, rows, _ in trial.asked:
         p = trial.panels[k]
-        stays = p.moves(rest, rows) + _field_at(model, p, rows)
-        before.append(settled(model, p, rows, stays + p.moves(values, rows)))
-        after.append(settled(model, p, rows, stays))
+        left = p.moves(rest, rows) + field_at(model, p, rows)
+        before.append(settled(model, p, rows, left + p.moves(values, rows)))
+        after.append(settled(model, p, rows, left))
         spread.append(_variance(model, p, trial.unfrozen[k], rows))
         count.append(int(rows.sum()))
     known = float(np.average(spread, weights=count))
-    chance = max(known, stays_far_off(model, trial, keep) if far else 0.0) + model.noise**2 + model.excess**2
+    chance = max(known, stays_far_off(model, trial, keep) if far else 0.0)
+    chance += stays_where_fitted(model) if stays is None else stays
     first, last = (float(np.sqrt(np.mean(np.sum(np.concatenate(x) ** 2, axis=1)) + chance)) for x in (before, after))
     return first, last
 
 
-def _field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
-    """(M, 3) m the discrepancy at some rows as it is expected there."""
+def stays_where_fitted(model: Model) -> float:
+    """m2 (mean square) of the whole gap of the fitted logs that neither the best set nor the discrepancy takes, at the drives
+    too, and never less than the noise. Where a log tells both ends of the drives, what its encoders scatter is in both stages,
+    with opposite signs, and in no gap.
+    """
+    values, total, least, count = model.values(model.best.members, model.best), 0.0, 0.0, 0
+    found = np.flatnonzero(np.isin(model.design.owner, list(model.best.members)))
+    for p, noise in zip(model.panels, model.noises, strict=True):
+        told = (p.w_tcp[:, 0] > 0.0) & ~p.unknown_rows(found)
+        rest = whole_gap(p)[told] - p.moves(values, told) - field_at(model, p, told)
+        encoders = 0.0 if p.servo is None else _carried_noise(p, noise.servo, told)
+        total += float(np.sum(rest**2))
+        least += len(rest) * max(noise.rms**2 - encoders, 0.0)
+        count += len(rest)
+    return max(total, least) / max(count, 1)
+
+
+def _carried_noise(panel: Panel, sigma: Array, rows: NDArray[np.bool_]) -> float:
+    """m2 (mean square) that the scatter of encoders, sigma (k,), moves the tool by at some rows."""
+    count = int(rows.sum())
+    alone = [panel.carried(np.tile(one, (count, 1)), rows) for one in np.diag(sigma)]
+    return float(np.mean(np.sum(np.square(alone), axis=(0, 2)))) if count else 0.0
+
+
+def field_at(model: Model, panel: Panel, rows: NDArray[np.bool_]) -> Array:
+    """(M, 3) m the discrepancy at some rows of a log as it is expected there."""
     field, sizes = model.evidence.field, model.evidence.sizes
     if field is None or sizes is None or panel.smooth is None:
         return np.zeros((int(rows.sum()), 3))

@@ -12,7 +12,7 @@ from camrob.gap.evidence.aliases import alias_groups
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms, members_of
-from camrob.gap.evidence.predicted import expected
+from camrob.gap.evidence.predicted import expected, stays_where_fitted
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, figures, shrinkage, trial_of
 from camrob.gap.handover import Handover, hand_over
@@ -266,7 +266,11 @@ def _held(model: Model, trial: Trial, probability: Mapping[str, float], library:
         return dict(probability)
     trial = without_drives_rest(model, trial)
     reached = shrinkage(model, trial, model.best.members, members)
-    near, beyond = (reached.rms_after**2 - expected(model, trial, members, far=far)[1] ** 2 for far in (False, True))
+    # what encoders scatter is in no gap, and still no surprise
+    stays = max(model.noise**2 + model.excess**2, stays_where_fitted(model))
+    near, beyond = (
+        reached.rms_after**2 - expected(model, trial, members, far=far, stays=stays)[1] ** 2 for far in (False, True)
+    )
     sure = at_drives(model, library)
     moved = {n: effect_rms(model, trial.panels, n) for n in probability if n not in sure}
     likely: frozenset[str] = frozenset()
