@@ -55,6 +55,7 @@ _REGIME_OF = {"posture": "position", "direction": "direction", "force": "load", 
 _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
 _OF_NAME = 0.25  # the same of a name in doubt, beside which a smooth rest stays
 _MOSTLY = 0.5  # of its energy
+_READ_OFF = 2.0  # times its energy, a drive's error: it is read off the log, with axis and course, and every arm leaves something
 # the least share of a part's place, and by how much more than any other's it is: one with a period fits nothing else, a course
 # in time or over postures much that is smooth
 _OF_PART, _OF_PERIOD, _AHEAD, _PERIOD_AHEAD = 0.4, 0.15, 0.15, 0.03
@@ -217,10 +218,10 @@ def _taken(model: Model, panels: Sequence[Panel], own: Set) -> float:
 def at_drive(stays: Unknown, model: Model, panels: Sequence[Panel], axis: str, words: str) -> Unknown:
     """What stays, at an axis's drive: what its error follows most is read off the log, or is what the largest shape there
     follows; at no axis where all fall behind together. An error that stands, in a drive that always holds a load to one side,
-    follows that load: a loop without its integrator. Where more stays behind the encoders, beyond the noise, the place is there,
-    and the drive is said beside it.
+    follows that load: a loop without its integrator. Where far more stays behind the encoders, beyond the noise, the place is
+    there, and the drive is said beside it.
     """
-    if _stage(panels, model) == _ARM and stays.rms_mm > m_to_mm(_LEAST_FIELD * model.noise):
+    if _stage(panels, model, _READ_OFF) == _ARM and stays.rms_mm > m_to_mm(_LEAST_FIELD * model.noise):
         return replace(stays, text="; ".join(filter(None, (stays.text, words))))
     drive, k = axes_report(model.scenes)[axis].drive, model.scenes[0].index(axis)
     follows = "" if drive is None or drive.pattern.follows == CONSTANT else drive.pattern.follows
@@ -332,15 +333,15 @@ def _regime(follows: str) -> str:
     )
 
 
-def _stage(panels: Sequence[Panel], model: Model) -> str:
-    """Where most of what stays sits."""
+def _stage(panels: Sequence[Panel], model: Model, counts: float = 1.0) -> str:
+    """Where most of what stays sits. counts: times its energy, what lies at the drives."""
     drives, arm = 0.0, 0.0
     for p in panels:
         good = p.w_tcp[:, 0] > 0.0
         if p.y_servo is not None:
             drives += float(np.sum(p.carried(p.y_servo)[good] ** 2))
         arm += float(np.sum(p.y_tcp[good, :3] ** 2) - good.sum() * model.noise**2)
-    return "setpoint_to_encoder" if drives > max(arm, 0.0) else _ARM
+    return "setpoint_to_encoder" if counts * drives > max(arm, 0.0) else _ARM
 
 
 def _axis(panels: Sequence[Panel]) -> tuple[str, ...]:
