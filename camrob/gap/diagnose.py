@@ -46,9 +46,10 @@ from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
+from camrob.gap.rival_account import judge_accounts
 from camrob.gap.stood_elsewhere import moved_between, own_frame, stood_elsewhere
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
-from camrob.gap.verdict.verdict import Verdict, judge_effects
+from camrob.gap.verdict.verdict import Verdict
 from camrob.gap.verdict.within import tolerance_of
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -120,7 +121,7 @@ def diagnose(
     model = with_whole_postures(model)
     tell("withholding", 0.7)
     trial = frozen_frames(model, trial_of(model, kept_out))
-    verdict = judge_effects(model, trial, effects, in_world=in_world)
+    verdict, trial = judge_accounts(model, trial, kept_out, effects, in_world=in_world)
     model = verdict.model
     tell("locating", 0.85)
     rounding = any("program_to_setpoint" in e.stages for e in effects)

@@ -21,7 +21,7 @@ from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["compare", "panels_for"]
+__all__ = ["compare", "excess_beside", "panels_for", "too_small"]
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         evidence, best = found.evidence, found.best
         design, sizes = evidence.design, _sizes_of(evidence)
         left = [p.y_tcp - p.twists(best.mean) for p in panels]
-        excess = _excess(panels, evidence, best, left)
+        excess = excess_beside(panels, evidence, best, left)
         model = Model(
             tuple(effects),
             dict(states),
@@ -114,7 +114,9 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     if model is None or found is None:
         raise ValueError("at least one round is needed")
     scores = over_sizes(model.evidence, found.scores, row_noise(noises))
-    return replace(model, scores=scores, sets=posterior(scores, worth_counting(scores, found.counting), _small(model)))
+    return replace(
+        model, scores=scores, sets=posterior(scores, worth_counting(scores, found.counting), too_small(model))
+    )
 
 
 def _weighed(
@@ -171,7 +173,7 @@ def _sizes_of(evidence: Evidence) -> Array:
     return no_sizes() if evidence.sizes is None else evidence.sizes
 
 
-def _excess(panels: Sequence[Panel], evidence: Evidence, best: Fitted, left: Sequence[Array]) -> float:
+def excess_beside(panels: Sequence[Panel], evidence: Evidence, best: Fitted, left: Sequence[Array]) -> float:
     """m: rms at the TCP of what hangs together beyond the best set, which leaves `left` (N, 6) a log, and the discrepancy."""
     sizes = _sizes_of(evidence)
     weights = None if evidence.field is None else evidence.field.fitted(best.mean, sizes)
@@ -197,7 +199,7 @@ def _with_shown_noise(
     )
 
 
-def _small(model: Model) -> frozenset[str]:
+def too_small(model: Model) -> frozenset[str]:
     """Effects of the best set that move the TCP by too little to be named beside the gap, or beside what others leave."""
     least = max(0.5 * _LEAST_GAP * model.gap, _BESIDE * model.discrepancy)
     sizes = {n: effect_rms(model, model.panels, n) for n in model.evidence.effects_of(model.best.members)}
