@@ -133,6 +133,7 @@ class Readings:
         if len(rows) != len(run):
             return f"{len(rows)} motions, by the witness {len(run)}"
         frames = np.asarray(replayed.base_T_tool)[rows]
+        swept = np.isfinite(np.asarray(text.circular_angle_deg)[rows])  # CA: the replay has the point that is named
         outer = {name: run.axes[:, k] for k, name in enumerate(run.axis_names) if name.startswith("E")}
         speed, straight = np.asarray(text.speed)[rows], ~run.ptp
         for what, off, most in (
@@ -145,6 +146,7 @@ class Readings:
                 if name in outer
             ),
         ):
+            off = np.where(swept & (what in ("tip", "axis")), 0.0, off)
             wrong = np.flatnonzero(~(off <= most) & np.isfinite(off))
             if len(wrong):
                 return f"line {run.path.line[wrong[0]]}: {what} differs by {off[wrong[0]]:g}"

@@ -157,7 +157,7 @@ TARGET = "[[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
         (f"MoveJ {TARGET.replace('[0,0,0,0]', '[0.5,0,0,0]')},v5,fine,tool0;", "configuration"),
         (f"TriggL {TARGET},v5,t1,fine,tool0;", "is not read here"),
         ("SearchL di1,p,p1,v5,tool0;", "is not read here"),
-        (f"FOR i FROM 1 TO 3 DO\nMoveL {TARGET},v5,fine,tool0;\nENDFOR", "that moves"),
+        (f"FOR i FROM 1 TO others DO\nMoveL {TARGET},v5,fine,tool0;\nENDFOR", "that moves"),
         (f"IF a=1 THEN\nMoveL {TARGET},v5,fine,tool0;\nENDIF", "that moves"),
         (f"IF a=1 MoveL {TARGET},v5,fine,tool0;", "that moves"),
         ("WHILE TRUE DO\nSetDO a,1;", "no end"),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from camrob.languages.rapid.reader.data import Data, UnknownError
+from camrob.languages.rapid.reader.data import Data
+from camrob.languages.rapid.reader.expressions import UnknownError
 from camrob.languages.rapid.reader.tokens import tokens_of
 from camrob.witness.rapid.records import NotSaidError, Records
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from camrob.witness.rapid.records import NotSaidError, Records
+from camrob.witness.rapid.expressions import NotSaidError
+from camrob.witness.rapid.records import Records
 
 DOWN = "[[10,20,30],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"  # half a turn about x: the tool points down
 TURNED = "[[0,0,0],[0.70710678,0,0,0.70710678],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"  # a quarter about z

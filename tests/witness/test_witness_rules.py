@@ -727,6 +727,20 @@ def test_a_tool_change_in_the_clear_with_the_spindle_off() -> None:
     assert "spindle-differs" in changed(up, out, OFF, TOOL_2, over)
 
 
+def test_the_spindle_is_not_turned_round_while_it_runs_and_no_tool_changed_in_the_wet() -> None:
+    out, over = lin(0, 0, 60, at=RAPID), lin(20, 0, 60, at=RAPID)
+    up, other = lin(0, 0, 25, at=RAPID), (Kind.SPINDLE_ON, 3000.0, "CCLW")
+    assert "spindle-reversed" in changed(up, OFF, out, TOOL_2, other, ON, over)
+    assert "spindle-reversed" not in changed(up, OFF, out, TOOL_2, other, OFF, ON, over)
+    assert "change-wet" in changed(up, OFF, out, WATER, TOOL_2, ON, over)
+    assert "change-wet" not in changed(up, OFF, out, WATER, DRY, TOOL_2, ON, over)
+
+
+def test_the_spindle_stands_until_the_robot_is_where_the_program_begins() -> None:
+    assert "spindle-starts-early" in codes(file(*GROOVE), program(ON, START[0], *START[2:], *CUT, *END))
+    assert codes(file(*GROOVE), program(*START, *CUT, *END)) == []
+
+
 def test_a_cell_with_a_place_for_it_changes_tools_there() -> None:
     rack, (up, over) = {**ptp(400, 0, 900), "a1": 30.0}, (lin(0, 0, 60, at=RAPID), ptp(20, 0, 60))
     pose, first = np.array([30.0, 0.0]), (FIRST[0], rack, *FIRST[1:])
@@ -825,7 +839,7 @@ def test_a_path_that_leaves_home_is_said() -> None:
 
 
 def test_a_program_that_does_not_begin_at_home_is_refused() -> None:
-    found = judged(file(*GROOVE), program(*START[1:], *CUT, *END)).objections
+    found = judged(file(*GROOVE), program(START[2], ON, *START[3:], *CUT, *END)).objections
     assert [(o.code, o.severity) for o in found] == [("starts-elsewhere", "error")]
 
 

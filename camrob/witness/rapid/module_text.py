@@ -32,6 +32,7 @@ _STRUCTURE = re.compile(
     r"|%%%|(?:VERSION|LANGUAGE) ?: ?\w+"  # the head that controllers and posts write above the module
     r"|(?:IF|ELSEIF)\b.*\bTHEN|(?:FOR|WHILE)\b.*\bDO|TEST\b.*|CASE\b.*:|DEFAULT:"
 )
+_ROUTINE = re.compile(r"(?:LOCAL )?(?:PROC|FUNC)\b")
 _HEAD = re.compile(r"(?:LOCAL )?PROC (\w+) ?\((.*)\)")
 _MODULE = re.compile(r"(?:SYS)?MODULE (\w+)(?: ?\(.*\))?")
 _LISTED = re.compile(r"<MODULE>([^<]+)</MODULE>", re.IGNORECASE)
@@ -53,11 +54,11 @@ class MoveRow:
 
 @dataclass(slots=True)
 class Procedure:
-    """A PROC; `plain` without parameters."""
+    """A PROC. `inputs`: type and name of what it is handed by value; None where it takes something in another way."""
 
     name: str
     head: Line
-    plain: bool
+    inputs: list[tuple[str, str]] | None
     nodes: list[Line | MoveRow] = field(default_factory=list)
 
 
@@ -71,6 +72,12 @@ class RapidModule:
     data: list[Line] = field(default_factory=list)
     procedures: dict[str, Procedure] = field(default_factory=dict)
     outside: list[Line] = field(default_factory=list)
+
+
+def _inputs(text: str) -> list[tuple[str, str]] | None:
+    """Parameters that are handed by value: TYPE NAME, TYPE NAME."""
+    found = [re.fullmatch(r"(\w+) (\w+)", part.strip()) for part in text.split(",")] if text.strip() else []
+    return [(match[1], match[2]) for match in found if match] if all(found) else None
 
 
 def _code(raw: str) -> str:
@@ -114,7 +121,18 @@ def _nodes(lines: list[bytes]) -> Iterator[Line | MoveRow]:
         text = raw.decode("latin-1")
         code = _code(text)
         if not held and _STRUCTURE.fullmatch(code) and not code.endswith(";"):
-            yield Line(number, code, "", text.strip())
+            if code.count("(") <= code.count(")") or not _ROUTINE.match(code):
+                yield Line(number, code, "", text.strip())
+                continue
+            held, begun, raw_held = code, number, text.strip()  # its parameters stand on lines of their own
+            continue
+        if held and _ROUTINE.match(held):
+            held = f"{held} {code}".strip()
+            if held.count("(") <= held.count(")"):
+                yield Line(begun, held.replace(" )", ")").replace("( ", "("), "", raw_held)
+                held = ""
+            elif len(held) > _LONGEST:
+                raise ProgramError("a head without an end", line=begun)
             continue
         for k, piece in enumerate(_pieces(code)):
             if k:
@@ -171,7 +189,7 @@ def read_rapid_module(path: Path) -> RapidModule:
         elif (head := _HEAD.fullmatch(code)) is not None:
             if head[1] in module.procedures:
                 raise ProgramError(f"has two procedures {head[1]}", path=path, line=node.number)
-            open_ = module.procedures.setdefault(head[1], Procedure(head[1], node, not head[2].strip()))
+            open_ = module.procedures.setdefault(head[1], Procedure(head[1], node, _inputs(head[2])))
         elif _MODULE.fullmatch(code):
             begun = True
         elif code == "ENDMODULE":

@@ -13,8 +13,9 @@ from camrob.witness.krl.conduct import PTP
 from camrob.witness.krl.state import Base, Here, State
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import split_top
+from camrob.witness.rapid.expressions import Item, NotSaidError, numbers_of
 from camrob.witness.rapid.module_text import MoveRow
-from camrob.witness.rapid.records import Item, NotSaidError, Records, angles, numbers_of, pose_values, product
+from camrob.witness.rapid.records import Records, angles, pose_values, product
 from camrob.witness.units import mm_to_m
 
 __all__ = ["RapidMotions"]

@@ -47,8 +47,13 @@ STATEMENTS = (
     _row(r"(?:PDISPOFF|EOFFSOFF)", "nothing", "no displaced frames, as by default"),
     _row(r"ACTUNIT (?P<unit>\w+)", "nothing", "a mechanical unit takes part"),
     _row(
-        r"(?P<name>\w+)(?: ?\. ?(?P<part>TFRAME|TLOAD|UFRAME|OFRAME))? ?:= ?(?P<value>.+)", "assign", "a datum is set"
+        r"(?P<path>[A-Z_]\w*(?: ?\{[^{}]*\}| ?\. ?[A-Z_]\w*)*) ?:= ?(?P<value>.+)",
+        "assign",
+        "a datum, or a part of it, is set",
     ),
+    _row(r"(?P<how>INCR|DECR|CLEAR) (?P<path>[A-Z_]\w*)", "count", "a num is one more, one less, 0"),
+    _row(r"ADD (?P<path>[A-Z_]\w*) ?, ?(?P<value>[^,]+)", "add", "a num is so much more"),
+    _row(r"EXIT", "end", "the program ends here, whatever called"),
     _row(r"RETURN", "leave", "back to the caller"),
     _row(r"(?P<name>[A-Z_]\w*)(?: (?P<inputs>[^\\].*))?", "call", "another procedure"),
 )

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.frames import frame, to_values
+from camrob.witness.krl.values import split_top
+from camrob.witness.rapid.expressions import PARTS, Item, NotSaidError, component, element, evaluate, numbers_of
 from camrob.witness.units import rad_to_deg
 
-__all__ = ["Item", "NotSaidError", "Records", "angles", "numbers_of", "pose_values", "product"]
+__all__ = ["Records", "angles", "pose_values", "product"]
 
 Array = NDArray[np.float64]
-Item = float | bool | str | list["Item"] | None
-"""None: the text does not say it."""
 
-_PIECE = re.compile(r'\s*(?:([-+]?(?:\d+\.?\d*|\.\d+)(?:E[-+]?\d+)?)|("[^"]*")|([A-Z_]\w*)|(.))')
-_SHIFTED = ("OFFS", "RELTOOL")
-_DEEP = 10  # records in records: RAPID's own have four
-_UNIT_LENGTH = 0.01  # what a quaternion's length may be off 1
 _LOCKED = 1e-9  # of the cosine of B: below it A and C turn about one line
-_PARTS = {
-    "TOOLDATA": ("ROBHOLD", "TFRAME", "TLOAD"),
-    "WOBJDATA": ("ROBHOLD", "UFPROG", "UFMEC", "UFRAME", "OFRAME"),
-}
+_UNIT_LENGTH = 0.01  # what a quaternion's length may be off 1
+_FIRST: dict[str, Item] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": ""}  # what a VAR without a value holds
+_LARGEST_ARRAY = 100_000  # elements
 # of every controller: v5 .. v7000 by their number, z0 .. z200 by pzone_tcp, pzone_ori
 _SPEEDS = (5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 7000)  # fmt: skip  # noqa: E501
 _ZONES = {
@@ -39,11 +33,12 @@ _ZONES = {
     30: (30, 45),
     40: (40, 60),
     50: (50, 75),
+    60: (60, 90),
+    80: (80, 120),
+    100: (100, 150),
+    150: (150, 225),
+    200: (200, 300),
 }
-
-
-class NotSaidError(Exception):
-    """A value that the text does not say, or that is no such value."""
 
 
 _Scope = dict[str, tuple[str, Item]]
@@ -59,7 +54,7 @@ def _standard() -> _Scope:
     for speed in _SPEEDS:
         out[f"V{speed}"] = ("SPEEDDATA", [float(speed), 500.0, 5000.0, 1000.0])
     for zone, (tip, other) in _ZONES.items():
-        turn = 0.1 * float(other)
+        turn = 23.0 if zone == 150 else 0.1 * float(other)  # ABB rounds there
         out[f"Z{zone}"] = ("ZONEDATA", [False, float(tip), float(other), float(other), turn, float(other), turn])
     return out
 
@@ -67,20 +62,32 @@ def _standard() -> _Scope:
 @dataclass(slots=True)
 class Records:
     """What is declared, by name, type and value: of the procedure that runs (`own`), of its module by LOCAL, of all. The nearest
-    hides the others.
+    hides the others. `kept`: what CONST and PERS declare, by scope and name.
     """
 
     known: _Scope = field(default_factory=_standard)
     module: _Scope = field(default_factory=dict)
     own: _Scope = field(default_factory=dict)
+    kept: set[tuple[int, str]] = field(default_factory=set)
 
-    def declare(self, kind: str, name: str, text: str, scope: _Scope | None = None) -> None:
-        """A declaration; a value that can't be read is not said."""
+    def declare(
+        self, kind: str, name: str, text: str, scope: _Scope | None = None, *, sizes: str = "", how: str = "VAR"
+    ) -> None:
+        """A declaration; a value that can't be read is not said. sizes: of an array; how: CONST, VAR or PERS."""
         scope = self.known if scope is None else scope
+        if how != "VAR":
+            self.kept.add((id(scope), name))
         try:
-            scope[name] = (kind, self.value(text) if text else None)
+            dims = [numbers_of([self.value(size)], 1)[0] for size in split_top(sizes)] if sizes else []
+            if any(size != int(size) for size in dims) or np.prod(dims, initial=1.0) > _LARGEST_ARRAY:
+                raise NotSaidError("no array")
+            kind += "{" + ",".join(f"{size:.0f}" for size in dims) + "}" if dims else ""
+            first = _FIRST.get(kind.partition("{")[0]) if how == "VAR" and not text else None
+            for size in reversed(dims):
+                first = [first] * int(size)
+            scope[name] = (kind, self.value(text) if text else first)
         except NotSaidError:
-            scope[name] = (kind, None)
+            scope[name] = (kind if not sizes else f"{kind}{{?}}", None)
 
     def scope_of(self, name: str) -> _Scope | None:
         """Where a name is declared, as the procedure that runs sees it."""
@@ -92,96 +99,48 @@ class Records:
         return ("", None) if scope is None else scope[name]
 
     def value(self, text: str) -> Item:
-        """The value of a literal, a record of them, or a name. Raises NotSaidError."""
-        pieces = [match.group(1, 2, 3, 4) for match in _PIECE.finditer(text) if match[0].strip()]
-        value, at = self._one(pieces, 0, 0)
-        if at != len(pieces):
-            raise NotSaidError(f"{text.strip()[:50]} is more than a value")
-        return value
+        """The value of an expression. Raises NotSaidError."""
+        return evaluate(text, self)
 
-    def _one(self, pieces: Sequence[tuple[str | None, ...]], at: int, depth: int) -> tuple[Item, int]:
-        if at >= len(pieces) or depth > _DEEP:
-            raise NotSaidError("a value is missing")
-        number, text, name, sign = pieces[at]
-        if number is not None:
-            return float(number), at + 1
-        if text is not None:
-            return text[1:-1], at + 1
-        if name in ("TRUE", "FALSE"):
-            return name == "TRUE", at + 1
-        if name in _SHIFTED and pieces[at + 1 : at + 2] == [(None, None, None, "(")]:
-            values, at = self._row(pieces, at + 1, depth, ")")
-            return _shifted(values, by_tool=name == "RELTOOL"), at
-        if name is not None:
-            value = self.find(name)[1]
-            if value is None:
-                raise NotSaidError(f"{name[:40]} isn't in the program")
-            return value, at + 1
-        if sign != "[":
-            raise NotSaidError(f"{sign} where a value has to be")
-        return self._row(pieces, at, depth, "]")
-
-    def _row(self, pieces: Sequence[tuple[str | None, ...]], at: int, depth: int, close: str) -> tuple[list[Item], int]:
-        """Values between commas, from an opening sign to its closing one."""
-        out: list[Item] = []
-        while True:
-            item, at = self._one(pieces, at + 1, depth + 1)
-            out.append(item)
-            end = pieces[at][3] if at < len(pieces) else None  # the sign behind it
-            if end == close:
-                return out, at + 1
-            if end != ",":
-                raise NotSaidError("a record or call is not closed")
-
-    def put(self, name: str, part: str, value: Item) -> bool:
-        """Sets a tool's or a work object's component, or all of it; False where that is not known here."""
+    def put(self, path: str, value: Item) -> None:
+        """Sets NAME, an element or a component of it; all of it is not said where the rest isn't known."""
+        name, *steps = re.findall(r"[A-Z_]\w*|\{[^{}]*\}", path)
         scope, (kind, whole) = self.scope_of(name) or self.known, self.find(name)
-        if not part:
-            scope[name] = (kind, value)
-            return bool(kind)
-        parts = _PARTS.get(kind, ())
-        if part not in parts or not isinstance(whole, list) or len(whole) != len(parts):
+        try:
+            scope[name] = (kind, self._replaced(kind, whole, steps, value))
+        except NotSaidError:
             scope[name] = (kind, None)
-            return False
-        scope[name] = (kind, [value if own == part else old for own, old in zip(parts, whole, strict=True)])
-        return True
+
+    def _replaced(self, kind: str, whole: Item, steps: list[str], value: Item) -> Item:
+        """A record or an array with a part of it set. Raises NotSaidError."""
+        if not steps:
+            return value
+        if steps[0].startswith("{"):
+            places = [numbers_of([self.value(text)], 1)[0] for text in split_top(steps[0][1:-1])]
+            if any(place != int(place) for place in places):
+                raise NotSaidError("an index is a whole number")
+            at = tuple(int(place) for place in places)
+            inner, old = element(kind, whole, at)
+            return _set_at(whole, [k - 1 for k in at], self._replaced(inner, old, steps[1:], value))
+        inner, old = component(kind, whole, steps[0])
+        at_part = [name for name, _ in PARTS[kind]].index(steps[0])
+        return _set_at(whole, [at_part], self._replaced(inner, old, steps[1:], value))
 
     def record(self, name: str, kind: str) -> list[Item]:
         """The components of what is declared under a name. Raises NotSaidError."""
         own, value = self.find(name)
-        if own != kind or not isinstance(value, list) or len(value) != len(_PARTS[kind]):
+        if own != kind or not isinstance(value, list) or len(value) != len(PARTS[kind]):
             raise NotSaidError(f"{name[:40]} is no {kind.lower()} of the program")
         return value
 
 
-def _shifted(values: list[Item], by_tool: bool) -> Item:
-    """Offs and RelTool: a robtarget moved along the work object's axes, or along the tool's as the target turns it ("Technical
-    reference manual, RAPID instructions, functions and data types"). Raises NotSaidError.
-    """
-    point, *by = values
-    if not isinstance(point, list) or len(point) != 4:
-        raise NotSaidError("a robtarget is wanted")
-    step, place, turn = np.array(numbers_of(by, 3)), np.array(numbers_of(point[0], 3)), numbers_of(point[1], 4)
-    if by_tool:
-        w, about = turn[0], np.array(turn[1:])
-        if abs(float(np.linalg.norm(turn)) - 1.0) > _UNIT_LENGTH:
-            raise NotSaidError("a quaternion is not of length 1")
-        step = step + 2.0 * (w * np.cross(about, step) + np.cross(about, np.cross(about, step))) / float(
-            np.dot(turn, turn)
-        )
-    return [(place + step).tolist(), *point[1:]]
-
-
-def numbers_of(item: Item, count: int) -> list[float]:
-    """A record of plain numbers. Raises NotSaidError."""
-    if not isinstance(item, list) or len(item) != count:
-        raise NotSaidError(f"{count} numbers are wanted")
-    out = []
-    for value in item:
-        if value is None or isinstance(value, bool | str | list) or not np.isfinite(value):
-            raise NotSaidError("a number is wanted")
-        out.append(float(value))
-    return out
+def _set_at(whole: Item, at: list[int], value: Item) -> Item:
+    """A list of lists with one element replaced; the old one stays as it is."""
+    if not at:
+        return value
+    if not isinstance(whole, list):
+        raise NotSaidError("no array")
+    return [*whole[: at[0]], _set_at(whole[at[0]], at[1:], value), *whole[at[0] + 1 :]]
 
 
 def angles(turn: Array) -> Array:

@@ -4,24 +4,32 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import groupby
+from contextlib import suppress
 from pathlib import Path
 
 from camrob.errors import ProgramError
-from camrob.witness.happenings import Run
+from camrob.witness.happenings import Objection, Run
+from camrob.witness.krl.again import alike
+from camrob.witness.krl.columns import Motions
 from camrob.witness.krl.conduct import PTP
 from camrob.witness.krl.hooks import Hooks
 from camrob.witness.krl.replay import replay
 from camrob.witness.krl.state import Here, LostError, State
 from camrob.witness.krl.text import Line
+from camrob.witness.krl.values import split_top
 from camrob.witness.machine import Machine
-from camrob.witness.rapid.module_text import MoveRow, Procedure, RapidModule, listed_modules, read_rapid_module
+from camrob.witness.rapid.expressions import Item, NotSaidError
+from camrob.witness.rapid.module_text import Procedure, RapidModule, listed_modules, read_rapid_module
 from camrob.witness.rapid.rapid_motion import RapidMotions
 from camrob.witness.rapid.rapid_statements import STATEMENTS
-from camrob.witness.rapid.records import Item, NotSaidError, Records
+from camrob.witness.rapid.records import Records
+from camrob.witness.rapid.walk import Walk
 
 __all__ = ["run_program"]
 
+_DECLARED = re.compile(
+    r"(?:(?:LOCAL|TASK) )?(?P<how>CONST|VAR|PERS) (?P<kind>\w+) (?P<name>\w+) ?(?:\{(?P<sizes>[^{}]*)\})? ?(?::= ?(?P<value>.*))?"
+)
 _CALLS_DEEP = 25  # procedures that call procedures
 _WORDS = {  # what RAPID has for KUKA's settings, for messages
     "$APO.CDIS": "the zone's distance",
@@ -38,10 +46,17 @@ class _LeftError(Exception):
     """RETURN."""
 
 
-class _Runner:
+class _EndedError(Exception):
+    """EXIT."""
+
+
+_Left = dict[tuple[str, str], tuple[str, Item]]  # by module ("" where all see it) and name
+
+
+class _Runner(Walk):
     """Walks through procedures."""
 
-    def __init__(self, main: Path, machine: Machine) -> None:
+    def __init__(self, main: Path, machine: Machine, left: _Left) -> None:
         self.state = State(machine, Hooks(machine.controller.hooks, _SWITCH), quarters=True)
         self.records = Records()
         self.motions = RapidMotions(self.state, self.records)
@@ -57,6 +72,19 @@ class _Runner:
         self.main = self.load(main)
         for file in listed_modules(main):
             self.load(file)
+        self.first = {key: scope[key[1]] for key, scope in self.places()}
+        for key, scope in self.places():
+            scope[key[1]] = left.get(key, scope[key[1]])
+        self.motions.forget()
+
+    def places(self) -> list[tuple[tuple[str, str], dict[str, tuple[str, Item]]]]:
+        """All that modules declare: where it stands."""
+        scopes = [("", self.records.known), *((str(path), scope) for path, scope in self.locals.items())]
+        return [((path, name), scope) for path, scope in scopes for name in scope]
+
+    def left(self) -> _Left:
+        """What the run leaves in the modules' data other than they were declared with."""
+        return {key: scope[key[1]] for key, scope in self.places() if scope[key[1]] != self.first.get(key)}
 
     def load(self, path: Path) -> RapidModule:
         """Reads a module: data and procedures become known."""
@@ -80,21 +108,23 @@ class _Runner:
 
     def declare(self, line: Line, scope: dict[str, tuple[str, Item]]) -> bool:
         """CONST, VAR, PERS, into a scope."""
-        found = re.fullmatch(r"(?:(?:LOCAL|TASK) )?(?:CONST|VAR|PERS) (\w+) (\w+)(\{.*\})? ?(?::= ?(.*))?", line.code)
+        found = _DECLARED.fullmatch(line.code)
         if found is None:
             return False
-        self.records.declare(found[1], found[2], "" if found[3] else found[4] or "", scope)
+        value, sizes = found["value"] or "", found["sizes"] or ""
+        self.records.declare(found["kind"], found["name"], value, scope, sizes=sizes, how=found["how"])
         self.motions.forget()
         return True
 
-    def enter(self, module: RapidModule, procedure: Procedure) -> None:
-        """Runs a procedure."""
+    def enter(self, module: RapidModule, procedure: Procedure, given: Sequence[tuple[str, Item]] = ()) -> None:
+        """Runs a procedure with what it is handed by value, its type with it."""
         if self.depth >= _CALLS_DEEP:
             raise LostError("procedures call each other too deep")
         records = self.records
         kept = (self.state.file, records.own, records.module)
         self.state.file = self.state.files.index(str(module.path))
-        records.own, records.module = {}, self.locals[module.path]
+        own = {name: value for (_, name), value in zip(procedure.inputs or (), given, strict=True)}
+        records.own, records.module = own, self.locals[module.path]
         self.motions.forget()
         self.depth += 1
         try:
@@ -105,55 +135,6 @@ class _Runner:
             self.state.file, records.own, records.module = kept
             self.motions.forget()
             self.depth -= 1
-
-    def nodes(self, nodes: Sequence[Line | MoveRow]) -> None:
-        """Statements one after another; rows that name the same together; branches and loops are gaps."""
-        at = 0
-        while at < len(nodes):
-            node = nodes[at]
-            if isinstance(node, MoveRow):
-                last = at
-                while last < len(nodes) and isinstance(nodes[last], MoveRow):
-                    last += 1
-                self.rows([row for row in nodes[at:last] if isinstance(row, MoveRow)])
-                at = last
-            elif re.match(r"(?:IF|FOR|WHILE|TEST)\b(?!.*:=.*;)", node.code) and not node.code.startswith("FORM"):
-                at = self.block(nodes, at, node)
-            elif node.code in ("ERROR", "UNDO", "BACKWARD"):
-                return  # run when something fails, or backwards
-            else:
-                self.one(node)
-                at += 1
-
-    def rows(self, rows: list[MoveRow]) -> None:
-        """MoveLs of plain numbers."""
-        for _, alike in groupby(rows, key=lambda row: (row.names, row.speed[1:])):
-            some = list(alike)
-            try:
-                self.state.tick(Line(some[0].number, "MOVEL", "", "MoveL .."))
-                self.state.taken += len(some) - 1
-                self.motions.rows(some)
-            except NotSaidError as reason:
-                line = Line(some[0].number, "MOVEL", "", "MoveL ..")
-                self.state.gap(line, f"where it leads isn't known ({reason})", some[-1].number)
-
-    def block(self, nodes: Sequence[Line | MoveRow], at: int, head: Line) -> int:
-        """A branch or a loop: not judged. The place behind it."""
-        depth, end = 0, at
-        if re.fullmatch(r"IF\b(?!.*\bTHEN$).*", head.code):  # with one statement
-            self.state.gap(head, "whether it is done isn't known, so it isn't judged")
-            return at + 1
-        while end < len(nodes):
-            node = nodes[end]
-            code = node.code if isinstance(node, Line) else ""
-            depth += re.match(r"(?:IF\b.*\bTHEN|FOR\b|WHILE\b|TEST\b)", code) is not None
-            depth -= code in ("ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST")
-            if depth == 0:
-                break
-            end += 1
-        tail = nodes[min(end, len(nodes) - 1)]
-        self.state.gap(head, "which way it goes isn't known, so none is judged", tail.number)
-        return end + 1
 
     def one(self, line: Line) -> None:
         """One statement."""
@@ -181,6 +162,9 @@ class _Runner:
             "singular": self.singular,
             "circle": self.circle,
             "assign": self.assign,
+            "count": self.count,
+            "add": self.add,
+            "end": self.end,
             "call": self.call,
         }
         if row.act == "nothing":
@@ -270,30 +254,84 @@ class _Runner:
         self.state.unlike_arc = "" if match["how"] == "OBJECTFRAME" else f"CirPathMode\\{match['how']}"
 
     def assign(self, match: re.Match[str], line: Line) -> None:
-        """A datum is set; a tool's frame or a work object's is kept by the controller, and the next run begins with it."""
+        """A datum is set. What CONST and PERS declare the controller keeps, and the next run begins with it."""
         state, records = self.state, self.records
+        path = match["path"].replace(" ", "")
+        name = re.split(r"[.{]", path)[0]
+        scope = records.scope_of(name)
+        if scope is None:
+            state.unknown(line, "the name isn't declared here, and what it is isn't known")
+            return
+        kind = records.find(name)[0]
+        kept = (id(scope), name) in records.kept or kind in ("TOOLDATA", "WOBJDATA")
+        if kept and (kind, path) != ("TOOLDATA", f"{name}.TLOAD"):
+            state.gap(line, "it changes what the controller keeps for its next run, and that isn't judged")
+        self.put(path, match["value"], line)
+
+    def put(self, path: str, text: str, line: Line) -> None:
+        """Sets a datum to the value of a text, to nothing that is known where the text doesn't say it."""
         try:
-            value = records.value(match["value"])
+            value = self.records.value(text)
         except NotSaidError:
             value = None
-        known = records.scope_of(match["name"]) is not None
-        if known and match["part"] != "TLOAD":
-            state.gap(line, "it changes what the controller keeps for its next run, and that isn't judged")
-        if known:
-            records.put(match["name"], match["part"] or "", value)
-            self.motions.forget()
-            state.step(line, "other")
-        else:
-            state.unknown(line, "the name isn't declared here, and what it is isn't known")
+        self.records.put(path, value)
+        self.motions.forget()
+        self.state.step(line, "other")
+
+    def count(self, match: re.Match[str], line: Line) -> None:
+        """Incr, Decr, Clear."""
+        path = match["path"]
+        more = {"INCR": f"{path}+1", "DECR": f"{path}-1", "CLEAR": "0"}[match["how"]]
+        self._changed(path, more, line)
+
+    def add(self, match: re.Match[str], line: Line) -> None:
+        """Add."""
+        self._changed(match["path"], f"{match['path']}+({match['value']})", line)
+
+    def _changed(self, path: str, text: str, line: Line) -> None:
+        scope = self.records.scope_of(path)
+        if scope is None or (id(scope), path) in self.records.kept:
+            self.state.gap(line, "what it changes is the controller's, or not declared here")
+        if scope is not None:
+            self.put(path, text, line)
+
+    def end(self, match: re.Match[str], line: Line) -> None:
+        """EXIT."""
+        raise _EndedError
 
     def call(self, match: re.Match[str], line: Line) -> None:
         """A procedure at hand; else it is a hook's, or a gap."""
         found = self.procedures.get(match["name"])
-        if found is not None and found[1].plain and not match["inputs"]:
-            self.enter(*found)
+        texts = split_top(match["inputs"]) if match["inputs"] else []
+        if found is not None and found[1].inputs is not None and len(texts) == len(found[1].inputs):
+            self.enter(
+                *found, [self.handed(kind, text) for (kind, _), text in zip(found[1].inputs, texts, strict=True)]
+            )
             return
         self.still(line)
         self.state.unknown(line, "it calls what is not at hand, so what it does isn't judged")
+
+    def handed(self, kind: str, text: str) -> tuple[str, Item]:
+        """What a parameter holds."""
+        try:
+            return kind, self.records.value(text)
+        except NotSaidError:
+            return kind, None
+
+
+def _once(main: Path, machine: Machine, left: _Left) -> tuple[_Runner, Motions]:
+    """One run, on what an earlier one left in the modules' data."""
+    runner = _Runner(main, machine, left)
+    lost = None
+    try:
+        procedures = runner.main.procedures
+        if not procedures:
+            raise LostError("the module has no procedure")
+        with suppress(_EndedError):
+            runner.enter(runner.main, procedures.get("MAIN", next(iter(procedures.values()))))
+    except LostError as reason:
+        lost = reason
+    return runner, runner.state.ended(lost)
 
 
 def run_program(main: Path, machine: Machine) -> Run:
@@ -301,13 +339,16 @@ def run_program(main: Path, machine: Machine) -> Run:
 
     Raises ProgramError where a file can't be read or does not close. What can't be followed is a gap of the run.
     """
-    runner = _Runner(main, machine)
-    lost = None
-    try:
-        procedures = runner.main.procedures
-        if not procedures:
-            raise LostError("the module has no procedure")
-        runner.enter(runner.main, procedures.get("MAIN", next(iter(procedures.values()))))
-    except LostError as reason:
-        lost = reason
-    return replay(runner.state, runner.state.ended(lost))
+    runner, motions = _once(main, machine, {})
+    left = runner.left()
+    if left:
+        second, again = _once(main, machine, left)
+        if not alike(runner.state, motions, second.state, again):
+            names = ", ".join(sorted(name for _, name in left))[:80]
+            text = f"it changes {names}, which hold until the program is begun anew: its next cycle is not the same"
+            runner.state.ruled.append(Objection("not-repeatable", text))
+        elif second.left() != left:
+            runner.state.unsure(
+                0, "it changes its modules' data with every cycle: later ones than the second aren't judged"
+            )
+    return replay(runner.state, motions)

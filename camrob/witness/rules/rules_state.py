@@ -4,7 +4,8 @@
 - where the set-up states the mass of that tool, `$LOAD` is that mass at every motion with it;
 - a tool change with the spindle off; and it, like a spindle switched off besides what the file says, in the clear, or
   where the cell's own pose for it is;
-- the spindle within its range, and not started in the part unless the file says so itself (then a warning);
+- the spindle within its range, and not started in the part unless the file says so itself (then a warning), nor before the
+  program's first motion, nor the other way while it turns; no coolant while a tool is changed;
 - at the start a way to HOME; at the end spindle and coolant off, and the tool at HOME or in the clear;
 - an output that no hook accounts for: before the file's last cut an error; before its first motion, and
   after that cut, not judged.
@@ -229,6 +230,8 @@ def _changes(scene: Scene, fittings: Fittings) -> Iterator[Objection]:
         if event.kind == Kind.TOOL:
             if before.spindle is not None:
                 yield _of(event, "change-running", "a tool change while the spindle is on")
+            if before.coolant is not None:
+                yield _of(event, "change-wet", "a tool change while the coolant is on")
             if not scene.changes_tools(event.before):
                 where = "in the clear" if scene.change is None else "at the cell's tool_change_pose"
                 yield _of(event, "change-in-part", f"a tool change that is not {where}")
@@ -241,6 +244,11 @@ def _changes(scene: Scene, fittings: Fittings) -> Iterator[Objection]:
                 if not low <= event.value <= high:
                     text = f"{event.value:g} rev/min, where the spindle has {low:g} to {high:g}"
                     yield _of(event, "spindle-range", text)
+            if event.before == 0:
+                text = "the spindle starts before the first motion, which leads from where nobody knows"
+                yield _of(event, "spindle-starts-early", text)
+            if before.spindle is not None and before.spindle[1] != event.text:
+                yield _of(event, "spindle-reversed", "the spindle turns, and is started the other way without a stop")
             starts = before.spindle is None and k not in turned and scene.between_cuts(event.before)
             if starts and not scene.clear_before(event.before):
                 yield _of(event, "spindle-starts-in-part", "the spindle starts in the part, as in the file", "warning")

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from camrob.errors import ProgramError
 from camrob.languages.rapid.reader.collected_rows import OFF_UNIT
-from camrob.languages.rapid.reader.data import Data, Value, numbers
+from camrob.languages.rapid.reader.data import Data, numbers
+from camrob.languages.rapid.reader.expressions import Value
 from camrob.program.program_text import FrameKind, ProgramFrame
 from camrob.se3 import frame_from_xyzabc, quaternion_to_rotation, rotation_to_abc, xyzabc_from_frame
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg

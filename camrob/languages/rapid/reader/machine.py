@@ -12,9 +12,10 @@ from camrob.errors import ProgramError
 from camrob.findings import Finding, Severity
 from camrob.languages.rapid.reader.arguments import arguments_of
 from camrob.languages.rapid.reader.collected_rows import CollectedRows, Modal, Target
-from camrob.languages.rapid.reader.data import Data, UnknownError, Value, numbers
+from camrob.languages.rapid.reader.data import Data, array_of, numbers
+from camrob.languages.rapid.reader.expressions import UnknownError, Value, indices_of
 from camrob.languages.rapid.reader.frames_in_force import FramesInForce
-from camrob.languages.rapid.reader.tokens import Row, Statement, joined, shown
+from camrob.languages.rapid.reader.tokens import Row, Statement, Token, joined, shown
 from camrob.program.motion import Blend, Motion
 from camrob.program.program_text import ProgramAction, Setting
 from camrob.units import mm_to_m
@@ -25,9 +26,11 @@ MOVES = ("MOVEABSJ", "MOVEJ", "MOVEL", "MOVEC")
 _SWITCHES = ("NOEOFFS", "WOBJ")  # of motions, that are read
 _SETTINGS = frozenset("CONFJ CONFL SINGAREA CIRPATHMODE ACCSET VELSET PATHACCLIM PDISPOFF EOFFSOFF ACTUNIT".split())
 _ACTS = frozenset(
-    """SETDO SETAO SETGO SET RESET PULSEDO INVERTDO STOP BREAK EXIT TPWRITE TPERASE TPREADFK WAITDI WAITDO WAITUNTIL WAITROB
-    WAITAI WAITGI CLKRESET CLKSTART CLKSTOP UIMSGBOX INCR DECR CLEAR ADD OPEN CLOSE WRITE ERRWRITE SPYSTART SPYSTOP""".split()
+    """SETDO SETAO SETGO SET RESET PULSEDO INVERTDO STOP BREAK TPWRITE TPERASE TPREADFK WAITDI WAITDO WAITUNTIL WAITROB
+    WAITAI WAITGI CLKRESET CLKSTART CLKSTOP UIMSGBOX OPEN CLOSE WRITE ERRWRITE SPYSTART SPYSTOP""".split()
 )
+_COUNTS = ("INCR", "DECR", "CLEAR", "ADD")
+_FIRST: dict[str, Value] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": ""}  # what a VAR without a value holds
 _NAN = float("nan")
 _SPEED_FACTS = ("v_ori", "v_leax", "v_reax")
 
@@ -70,33 +73,77 @@ class RapidMachine:
         if len(tokens) < 3 or tokens[0].text not in ("CONST", "VAR", "PERS") or tokens[2].kind != "name":
             return False
         kind, name = tokens[1].text, tokens[2].text
+        first = _FIRST.get(kind) if tokens[0].text == "VAR" else None
         value: Value | None = None
-        if len(tokens) > 4 and tokens[3].text == ":=":
-            try:
-                value = self.data.value(tokens[4:])
-            except UnknownError:
-                value = None
-        self.data.declare(kind, name, value, local=local)
+        at, sizes = _braced(tokens, 3)
+        try:
+            counts = indices_of(sizes, self.data) if sizes else ()
+            value = array_of(counts, first)
+            if tokens[at : at + 1] and tokens[at].text == ":=":
+                value = self.data.value(tokens[at + 1 :])
+                _hold(value, counts)
+        except UnknownError:
+            value = None
+        self.data.declare(
+            kind + "{}" * (1 + sum(t.text == "," for t in sizes) if sizes else 0), name, value, local=local
+        )
         return True
 
     def assign(self, statement: Statement) -> bool:
-        """`a.b := value`; False for another statement."""
-        texts = [t.text for t in statement.tokens]
-        at = texts.index(":=") if ":=" in texts else 0
-        if at == 0 or {"\\", ","} & set(texts[:at]):
+        """`a.b{3}.c := value`; False for another statement."""
+        tokens = statement.tokens
+        texts = [t.text for t in tokens]
+        if len(texts) < 3 or tokens[0].kind != "name" or ":=" not in texts:
             return False
-        path = statement.tokens[:at:2]
-        dots = all(t.text == "." for t in statement.tokens[1:at:2])
-        try:
-            value = self.data.value(statement.tokens[at + 1 :])
-        except UnknownError:
-            value = None
-        if dots and all(t.kind == "name" for t in path):
-            self.data.assign([t.text for t in path], value)
-        else:  # an element of an array
-            self.data.assign([statement.tokens[0].text], None)
+        at, path = 1, list[str | tuple[int, ...]]([tokens[0].text])
+        known = True
+        while at < len(tokens) and texts[at] in (".", "{"):
+            if texts[at] == "{":
+                at, inside = _braced(tokens, at)
+                try:
+                    path.append(indices_of(inside, self.data))
+                except UnknownError:
+                    known = False
+            else:
+                path.append(texts[at + 1] if at + 1 < len(texts) else "")
+                at += 2
+        if at >= len(tokens) or texts[at] != ":=":
+            return False
+        self._put(path if known else path[:1], tokens[at + 1 :] if known else ())
         self.act(statement)
         return True
+
+    def known(self, tokens: Sequence[Token]) -> Value | None:
+        """What an expression is worth, None where the text does not say it."""
+        try:
+            return self.data.value(tokens)
+        except UnknownError:
+            return None
+
+    def lose(self, statement: Statement) -> None:
+        """A statement that may have run: what it sets is known no more."""
+        texts = [t.text for t in statement.tokens]
+        if ":=" in texts or statement.word in _COUNTS:
+            before = len(texts) if statement.word in ("IF", *_COUNTS) else texts.index(":=")
+            for token in statement.tokens[:before]:
+                self.data.assign([token.text], None)
+
+    def _put(self, path: Sequence[str | tuple[int, ...]], tokens: Sequence[Token]) -> None:
+        """Sets a datum to what an expression is worth; to nothing that is known where the text doesn't say it."""
+        self.data.assign(path, self.known(tokens))
+
+    def _count(self, statement: Statement) -> None:
+        """Incr, Decr, Clear and Add."""
+        word, tokens = statement.word, statement.tokens[1:]
+        plus, minus, one, zero = (Token("sign", "+"), Token("sign", "-"), Token("number", "1"), Token("number", "0"))
+        name = tokens[:1]
+        if word == "ADD" and len(tokens) > 2 and tokens[1].text == ",":
+            made = (*name, plus, Token("sign", "("), *tokens[2:], Token("sign", ")"))
+        elif word != "ADD" and len(tokens) == 1:
+            made = {"INCR": (*name, plus, one), "DECR": (*name, minus, one), "CLEAR": (zero,)}[word]
+        else:
+            made = ()
+        self._put([name[0].text if name else ""], made)
 
     def simple(self, statement: Statement) -> bool:
         """A setting, a wait, an output; False for a statement that is none of these."""
@@ -105,6 +152,8 @@ class RapidMachine:
             self._wait(statement)
         elif word in _SETTINGS:
             self._set(statement)
+        elif word in _COUNTS:
+            self._count(statement)
         elif word not in _ACTS:
             return False
         self.act(statement)
@@ -269,6 +318,24 @@ class RapidMachine:
         if self._said.get(what) != text:
             self._said[what] = text
             self.actions.append(ProgramAction(self.rows.count, f"{what} {text}"))
+
+
+def _braced(tokens: Sequence[Token], at: int) -> tuple[int, Sequence[Token]]:
+    """The place behind `{...}`, and what stands in it; nothing where none begins at `at`."""
+    if at >= len(tokens) or tokens[at].text != "{":
+        return at, ()
+    end = next((k for k in range(at, len(tokens)) if tokens[k].text == "}"), len(tokens))
+    return end + 1, tokens[at + 1 : end]
+
+
+def _hold(value: Value | None, counts: Sequence[int]) -> None:
+    """Raises UnknownError for an array of another size than it is declared with."""
+    if not counts:
+        return
+    if not isinstance(value, list) or len(value) != counts[0]:
+        raise UnknownError("an array of another size")
+    for one in value:
+        _hold(one, counts[1:])
 
 
 def _branch(conf: Sequence[float], line: int) -> tuple[int, int]:

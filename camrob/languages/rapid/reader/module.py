@@ -20,11 +20,11 @@ _ENDS = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP", "RECORD": "END
 
 @dataclass(slots=True)
 class Routine:
-    """A procedure: whether it takes parameters, and its statements."""
+    """A procedure: type and name of what it is handed by value, None where it takes something otherwise; its statements."""
 
     name: str
     line: int
-    parameters: bool
+    parameters: list[tuple[str, str]] | None
     nodes: list[Node] = field(default_factory=list)
 
 
@@ -105,7 +105,20 @@ def _routine(head: Statement) -> Routine:
     at = texts.index("PROC") + 1
     if len(texts) < at + 3 or head.tokens[at].kind != "name":
         raise ProgramError(f"{shown(' '.join(texts[:4]))} is no procedure", hint="write PROC name()", line=head.line)
-    return Routine(texts[at], head.line, texts[at + 1 :] != ["(", ")"])
+    return Routine(texts[at], head.line, _parameters(texts[at + 2 : -1]))
+
+
+def _parameters(texts: list[str]) -> list[tuple[str, str]] | None:
+    """`TYPE NAME, TYPE NAME`: all by value; None of others (VAR, INOUT, PERS, optional ones, arrays)."""
+    out = []
+    for k in range(0, len(texts), 3):
+        some = texts[k : k + 3]
+        if len(some) < 2 or (len(some) == 3) != (k + 3 < len(texts)) or some[2:] not in ([], [","]):
+            return None
+        if some[0] in ("VAR", "INOUT", "PERS") or not all(text.isidentifier() for text in some[:2]):
+            return None
+        out.append((some[0], some[1]))
+    return out
 
 
 def modules_beside(main: Path) -> list[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,12 @@ import numpy as np
 
 from camrob.errors import ProgramError
 from camrob.findings import Severity, collapse
+from camrob.languages.rapid.reader.arguments import arguments_of
 from camrob.languages.rapid.reader.data import Scope
+from camrob.languages.rapid.reader.expressions import UnknownError, Value
 from camrob.languages.rapid.reader.machine import MOVES, RapidMachine
 from camrob.languages.rapid.reader.module import Module, Node, Routine, load_module, modules_beside
+from camrob.languages.rapid.reader.rapid_course import BLOCKS, parts_of, run_block
 from camrob.languages.rapid.reader.tokens import Row, Statement, joined, shown
 from camrob.program.motion import Turning
 from camrob.program.program_text import ProgramFrame, ProgramText
@@ -22,7 +26,6 @@ __all__ = ["read_rapid"]
 _DEEPEST_CALL = 20  # nested calls: beyond any real program's, short of Python's own limit
 _MOST_REPEATED = 100_000  # statements that calls may repeat beyond what is written, ten times over
 _AGAIN = 10
-_BLOCKS = {"IF": "ENDIF", "FOR": "ENDFOR", "WHILE": "ENDWHILE", "TEST": "ENDTEST"}
 _OTHER_MOVES = ("MOVE", "TRIGG", "SEARCH", "ARC", "INDA", "INDR", "INDC", "SYNCMOVE", "STARTMOVE", "STOREPATH", "EGM")
 _FRAMES = ("PDISP", "EOFFS", "GRIPLOAD", "DEACTUNIT", "CORR", "SOFTACT", "WORLDACCLIM", "SPEEDREFRESH", "PATHRESOL")
 
@@ -31,14 +34,19 @@ def read_rapid(path: Path) -> ProgramText:
     """Reads NAME.mod, and the modules that NAME.pgf beside it lists, in the order of running: from PROC main, else the first.
 
     Raises ProgramError, with file and line, for what can't be read honestly: a target that is not in the program, a kind of
-    motion that is not read here, a branch or loop that moves, damage. What may have an effect that is not known here becomes a
-    finding. Cost: about 15 microseconds a MoveL that camrob wrote, 200 for any other statement.
+    motion that is not read here, a branch or loop that moves and whose course the text doesn't say, damage. What may have an
+    effect that is not known here becomes a finding. Cost: about 15 microseconds a MoveL that camrob wrote, 200 for any other
+    statement.
     """
     return _Reader(Path(path)).program()
 
 
 class _LeftError(Exception):
     """RETURN."""
+
+
+class _EndedError(Exception):
+    """EXIT."""
 
 
 class _Reader:
@@ -60,7 +68,8 @@ class _Reader:
         if not main.routines:
             raise ProgramError("holds no procedure", hint="give the main module", path=self._path)
         first = next(iter(main.routines))
-        self._call(*self._routines["MAIN" if "MAIN" in main.routines else first])
+        with suppress(_EndedError):
+            self._call(*self._routines["MAIN" if "MAIN" in main.routines else first], [])
         machine = self._machine
         try:
             columns = machine.rows.columns()
@@ -101,15 +110,16 @@ class _Reader:
                 )
             self._routines[name] = (len(self._modules) - 1, routine)
 
-    def _call(self, index: int, routine: Routine) -> None:
-        """Runs a procedure."""
+    def _call(self, index: int, routine: Routine, given: Sequence[Value | None]) -> None:
+        """Runs a procedure with what it is handed by value."""
         self._depth += 1
         if self._depth > _DEEPEST_CALL:
             raise ProgramError(f"calls are nested more than {_DEEPEST_CALL} deep", hint="does a procedure call itself?")
         module, data = self._modules[index], self._machine.data
         kept = (self._machine.file, data.module, data.own)
         self._machine.file = index
-        data.enter(self._locals[index], {})
+        named = zip(routine.parameters or (), given, strict=True)
+        data.enter(self._locals[index], {name: (kind, value) for (kind, name), value in named})
         try:
             with suppress(_LeftError):
                 self._nodes(routine.nodes)
@@ -119,46 +129,53 @@ class _Reader:
         data.enter(*kept[1:])
         self._depth -= 1
 
-    def _nodes(self, nodes: list[Node]) -> None:
-        """Statements one after another; what a branch or a loop holds is not run."""
+    def _nodes(self, nodes: Sequence[Node]) -> None:
+        """Statements one after another."""
         at = 0
         while at < len(nodes):
             node = nodes[at]
-            self._taken += 1
-            if self._taken > _MOST_REPEATED + _AGAIN * sum(m.count for m in self._modules):
-                raise ProgramError("takes more statements than any program", hint="do procedures call each other?")
+            self._take()
             if isinstance(node, Row):
                 self._machine.row(node)
                 at += 1
-            elif node.word in _BLOCKS:
+            elif node.word in BLOCKS:
                 at = self._block(nodes, at, node)
             else:
                 self._statement(node)
                 at += 1
 
-    def _block(self, nodes: list[Node], at: int, head: Statement) -> int:
-        """A branch or a loop: the place behind it. Raises ProgramError for one that moves."""
-        if head.tokens[-1].text not in ("THEN", "DO") and head.word != "TEST":  # IF without THEN: one statement
-            end, moving = at, any(t.text in MOVES for t in head.tokens)
-        else:
-            depth, end, moving = 0, at, False
-            while end < len(nodes):
-                node = nodes[end]
-                word = node.word if isinstance(node, Statement) else MOVES[2]
-                whole = isinstance(node, Statement) and (node.tokens[-1].text in ("THEN", "DO") or word == "TEST")
-                depth += (word in _BLOCKS and whole) - (word in _BLOCKS.values())
-                moving |= word in MOVES
-                if depth == 0:
-                    break
-                end += 1
-        if moving or end == len(nodes):
+    def _take(self) -> None:
+        """Counts statements and passes of loops, so that reading ends."""
+        self._taken += 1
+        if self._taken > _MOST_REPEATED + _AGAIN * sum(m.count for m in self._modules):
+            raise ProgramError("takes more statements than any program", hint="does a loop or a call run away?")
+
+    def _block(self, nodes: Sequence[Node], at: int, head: Statement) -> int:
+        """A branch or a loop: the place behind it. Raises ProgramError for one that may move and whose course is not known."""
+        parts, end = parts_of(nodes, at)
+        why = ""
+        try:
+            if parts:
+                run_block(head, parts, self._machine.data, self._nodes, self._take)
+                return end
+        except UnknownError as unknown:
+            why = f" ({shown(str(unknown))})" if str(unknown) else ""
+        endless = not parts and end != at + 1
+        if endless or any(self._moves(node) for node in nodes[at:end]):
             raise ProgramError(
-                f"{head.word} that moves, or has no end: its course is not known",
+                f"{head.word} that moves, or has no end: its course is not known{why}",
                 hint="write its motions out one by one",
                 line=head.line,
             )
+        for node in nodes[at:end]:  # what it may set is known no more
+            if isinstance(node, Statement):
+                self._machine.lose(node)
         self._unknown(head)
-        return end + 1
+        return end
+
+    def _moves(self, node: Node) -> bool:
+        """Whether a statement that may not run could move."""
+        return isinstance(node, Row) or any(t.text in MOVES or t.text in self._routines for t in node.tokens)
 
     def _statement(self, statement: Statement) -> None:
         """One statement."""
@@ -168,6 +185,8 @@ class _Reader:
             machine.move(statement)
         elif word == "RETURN":
             raise _LeftError
+        elif word == "EXIT":
+            raise _EndedError
         elif machine.declare(statement) or machine.assign(statement) or machine.simple(statement):
             return
         elif word.startswith(_OTHER_MOVES):
@@ -185,9 +204,11 @@ class _Reader:
     def _called(self, statement: Statement) -> None:
         """A procedure of the program, or one that is not at hand."""
         found = self._routines.get(statement.word)
-        if found is not None and len(statement.tokens) == 1 and not found[1].parameters:
-            self._call(*found)
-            return
+        if found is not None and found[1].parameters is not None:
+            arguments = arguments_of(statement)
+            if not arguments.options and len(arguments.places) == len(found[1].parameters):
+                self._call(*found, [self._machine.known(tokens) for tokens in arguments.places])
+                return
         text = f"calls {shown(statement.word)}, which is not at hand"
         self._machine.find("call-unknown", text, statement.line)
         self._machine.act(statement)

@@ -1,0 +1,139 @@
+"""Branches, loops, arrays and parameters of RAPID, as the replay's reader and the witness both read them.
+
+What each program does is worked out by hand from ABB's "Technical reference manual, RAPID kernel"; what depends on anything but
+the text is refused, or left open.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from process_story import ROOT
+from test_rapid_scopes import DATA, GO, HOME, at
+
+from camrob.errors import ProgramError
+from camrob.languages.rapid.reader.read_rapid import read_rapid
+from camrob.witness.machine import read_machine
+from camrob.witness.rapid.run_module import run_program
+
+MACHINE = read_machine(ROOT / "cells" / "irb6700_table")
+MOVE = "MoveL Offs(p1,{},0,0),v100,fine,tS\\WObj:=wP;\n"
+
+
+def written(folder: Path, body: str, own: str = "", behind: str = "") -> Path:
+    """A module with p1 at X 5, a main procedure of this body, and what stands behind it."""
+    declared = f"{DATA}CONST robtarget p1:={at(5)};\n{own}"
+    (folder / "a.mod").write_text(f"MODULE a\n{declared}PROC main()\n{HOME}{body}ENDPROC\n{behind}ENDMODULE\n")
+    return folder / "a.mod"
+
+
+def by_both(path: Path) -> list[float]:
+    """X of all motions behind the first, in mm, that both read alike and whole."""
+    made, text = run_program(path, MACHINE), read_rapid(path)
+    assert not made.gaps and not [o for o in made.objections if o.severity == "error"] and not text.findings
+    one, other = (1000.0 * made.path.tip[1:, 0]).round(6).tolist(), text.pose[1:, 0].round(6).tolist()
+    assert one == other
+    return one
+
+
+COURSES = {
+    "up": (f"FOR i FROM 1 TO 3 DO\n{MOVE.format('i*10')}ENDFOR\n", [15, 25, 35]),
+    "down without STEP": (f"FOR i FROM 3 TO 1 DO\n{MOVE.format('i*10')}ENDFOR\n", [35, 25, 15]),
+    "STEP": (f"FOR i FROM 0 TO 5 STEP 2 DO\n{MOVE.format('i')}ENDFOR\n", [5, 7, 9]),
+    "a STEP that leads away": (f"FOR i FROM 1 TO 3 STEP -1 DO\n{MOVE.format('i')}ENDFOR\n{GO}", [5]),
+    "a counter hides a datum": (f"VAR num i:=7;\nFOR i FROM 1 TO 1 DO\n{GO}ENDFOR\n{MOVE.format('i')}", [5, 12]),
+    "WHILE": (f"VAR num n;\nWHILE n<3 DO\nIncr n;\n{MOVE.format('n')}ENDWHILE\n", [6, 7, 8]),
+    "none": (f"WHILE FALSE DO\n{MOVE.format('1')}ENDWHILE\n{GO}", [5]),
+    "IF": (f"VAR num n:=2;\nIF n=1 THEN\n{GO}ELSEIF n=2 OR n=3 THEN\n{MOVE.format('2')}ELSE\n{GO}ENDIF\n", [7]),
+    "ELSE": (f"IF FALSE THEN\n{MOVE.format('1')}ELSE\n{MOVE.format('3')}ENDIF\n", [8]),
+    "TEST": (f"VAR num n:=4;\nTEST n-1\nCASE 1,2:\n{GO}CASE 3,4:\n{MOVE.format('4')}DEFAULT:\n{GO}ENDTEST\n", [9]),
+    "DEFAULT": (f"TEST 5\nCASE 1:\n{GO}DEFAULT:\n{MOVE.format('1')}ENDTEST\n{MOVE.format('2')}", [6, 7]),
+    "one in the other": (
+        f"FOR i FROM 1 TO 2 DO\nFOR j FROM 1 TO 2 DO\nIF i=j THEN\n{MOVE.format('10*i+j')}ENDIF\nENDFOR\nENDFOR\n",
+        [16, 27],
+    ),
+    "arithmetic": (f"VAR num n:=7;\nn:=(n DIV 2)*10+n MOD 2;\n{MOVE.format('n')}{MOVE.format('-n+2*3')}", [36, -20]),
+    "Add and its kin": (f"VAR num n:=1;\nAdd n,2*3;\nDecr n;\n{MOVE.format('n')}Clear n;\n{MOVE.format('n')}", [11, 5]),
+    "EXIT ends it all": (f"{GO}EXIT;\n{MOVE.format('1')}", [5]),
+    "RETURN within a loop": (f"FOR i FROM 1 TO 9 DO\n{MOVE.format('i')}IF i=2 THEN\nRETURN;\nENDIF\nENDFOR\n", [6, 7]),
+}
+
+
+@pytest.mark.parametrize("name", COURSES)
+def test_a_course_that_the_text_says_is_run(tmp_path: Path, name: str) -> None:
+    body, expected = COURSES[name]
+    assert by_both(written(tmp_path, body)) == expected
+
+
+def test_arrays_by_one_and_two_indices(tmp_path: Path) -> None:
+    own = "CONST num s{3}:=[4,-2,6];\nCONST num t{2,2}:=[[1,2],[3,4]];\n"
+    body = "VAR robtarget q{2};\nq{2}:=Offs(p1,s{3},0,0);\nq{2}.trans.x:=q{2}.trans.x+t{2,1};\nMoveL q{2},v100,fine,"
+    body += f"tS\\WObj:=wP;\n{MOVE.format('s{2}')}{MOVE.format('t{1,2}*10')}"
+    assert by_both(written(tmp_path, body, own)) == [14, 3, 25]
+
+
+@pytest.mark.parametrize("index", ["0", "4", "1.5", "1,1"])
+def test_an_element_that_is_not_there_is_not_read(tmp_path: Path, index: str) -> None:
+    path = written(tmp_path, MOVE.format(f"s{{{index}}}"), "CONST num s{3}:=[4,-2,6];\n")
+    assert run_program(path, MACHINE).gaps
+    with pytest.raises(ProgramError, match="not in the program"):
+        read_rapid(path)
+
+
+def test_what_is_handed_is_a_copy(tmp_path: Path) -> None:
+    """Parameters by value, over several lines, changed within; the caller's are as they were."""
+    behind = (
+        f"PROC there(\n  num x,\n  robtarget p1)\nx:=x+1;\np1.trans.x:=p1.trans.x+100;\n{MOVE.format('x')}ENDPROC\n"
+    )
+    body = f"VAR num n:=3;\nthere n,Offs(p1,10,0,0);\nthere n*2,p1;\n{MOVE.format('n')}"
+    assert by_both(written(tmp_path, body, "", behind)) == [119, 112, 8]
+
+
+@pytest.mark.parametrize("head", ["INOUT num x", "VAR num x", "\\num x", "num x{*}", "PERS num x"])
+def test_what_is_handed_otherwise_is_not_run(tmp_path: Path, head: str) -> None:
+    path = written(tmp_path, f"VAR num n:=3;\nthere n;\n{GO}", "", f"PROC there({head})\n{MOVE.format('x')}ENDPROC\n")
+    assert run_program(path, MACHINE).gaps
+    assert any(f.code == "call-unknown" for f in read_rapid(path).findings)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f"FOR i FROM 1 TO others DO\n{GO}ENDFOR\n",
+        f"IF DI_1=1 THEN\n{GO}ENDIF\n",
+        f"IF DI_1=1 THEN\nsub;\nENDIF\n{GO}",  # a call may move
+        f"WHILE DI_1=1 DO\n{GO}ENDWHILE\n",
+        f"TEST DI_1\nCASE 1:\n{GO}ENDTEST\n",
+        f"VAR num x;\nWHILE x<1 DO\nx:=x+0.1;\n{GO}ENDWHILE\n",  # ten times in single precision, eleven in double
+        f"VAR bool b;\nIF NOT b AND b THEN\n{GO}ENDIF\n",
+        f"FOR i FROM 1 TO 2 DO\ni:=2;\n{GO}ENDFOR\n",
+        f"WHILE TRUE DO\n{GO}ENDWHILE\n",
+    ],
+)
+def test_a_course_that_the_text_does_not_say_is_not_run(tmp_path: Path, body: str) -> None:
+    path = written(tmp_path, body, "", f"PROC sub()\n{GO}ENDPROC\n")
+    made = run_program(path, MACHINE)
+    assert made.gaps or any(o.severity == "error" for o in made.objections)
+    with pytest.raises(ProgramError):
+        read_rapid(path)
+
+
+def test_what_a_branch_may_have_set_is_known_no_more(tmp_path: Path) -> None:
+    path = written(tmp_path, f"VAR num n:=1;\nIF DI_1=1 THEN\nn:=2;\nENDIF\n{MOVE.format('n')}")
+    with pytest.raises(ProgramError, match="N, which is not in the program"):
+        read_rapid(path)
+    path = written(tmp_path, f"VAR num n:=1;\nIF DI_1=1 n:=2;\n{MOVE.format('n')}")
+    with pytest.raises(ProgramError, match="N, which is not in the program"):
+        read_rapid(path)
+
+
+def test_a_datum_of_the_module_that_the_next_cycle_finds_changed(tmp_path: Path) -> None:
+    """A VAR of a module keeps its value where main begins anew: what is set before it is used is all right."""
+    own = "VAR num n:=1;\n"
+    made = run_program(written(tmp_path, f"{MOVE.format('n')}n:=n+1;\n", own), MACHINE)
+    assert "not-repeatable" in [o.code for o in made.conduct]
+    made = run_program(written(tmp_path, f"n:=3;\n{MOVE.format('n')}", own), MACHINE)
+    assert "not-repeatable" not in [o.code for o in made.conduct] and not made.gaps
+    assert np.round(1000.0 * made.path.tip[1, 0], 6) == 8
