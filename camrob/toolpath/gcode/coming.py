@@ -38,7 +38,15 @@ class Coming:
         """Whether a move at a feed, which the frame has taken in, is of this kind, and to be left out."""
         frame, modal = self._frame, self._modal
         plain = frame.placeable and frame.plane is None and not frame.tcp and not frame.turned and frame.program.plain
-        if motion != 10 or frame.known or not plain or self._path.place is not None:
+        if motion != 10 or not plain or self._path.place is not None:
+            return False
+        across = not {"X", "Y"}.isdisjoint(block.words)  # straight down from wherever it is cuts nothing else
+        if frame.known and modal.cut and across and not self._line:
+            self._begin(block.line)
+            if self._path.adrift:
+                raise self._unknown()
+            self._height, self._named = frame.xyz[2], {0: frame.xyz[0], 1: frame.xyz[1]}
+        if frame.known or self._path.adrift:
             return False
         if modal.feed_mode == 930 or modal.plane != _PLAIN or block.corner is not None:
             return False
@@ -46,10 +54,14 @@ class Coming:
         if any(math.isnan(frame.xyz[i]) for i in named):
             return False
         if not self._line:
-            self._line = block.line
-            self._missing = " and ".join(k for k, v in zip("XYZ", frame.xyz, strict=True) if math.isnan(v))
+            self._begin(block.line)
         self._named = {i: v for i, v in enumerate(frame.xyz) if not math.isnan(v)}
         return True
+
+    def _begin(self, line: int) -> None:
+        """Such a move stands in that line."""
+        self._line = line
+        self._missing = " and ".join(k for k, v in zip("XYZ", self._frame.xyz, strict=True) if math.isnan(v))
 
     def moved(self, *, rapid: bool) -> None:
         """The frame has taken a move in. Raises ToolpathError where one before it may have been a cut in an unknown place."""
@@ -75,6 +87,12 @@ class Coming:
             raise self._unknown()
 
     def _unknown(self) -> ToolpathError:
+        if not self._missing:
+            return ToolpathError(
+                "a cut from where the tool is not known to be, behind a machine position or a tool change",
+                hint="go to where it is to begin in a rapid move",
+                line=self._line,
+            )
         return ToolpathError(
             f"a cut while {self._missing} has no known value",
             hint=f"name {self._missing} in a rapid move before the cut",

@@ -55,6 +55,7 @@ class PathGrower:
         self._notes: dict[tuple[str, str], list[int]] = {}
         self._severity: dict[tuple[str, str], Severity] = {}
         self.tool = 0
+        self.adrift = False  # where the tool stands is not known, and it may be at the part
 
     # -- what is said ------------------------------------------------------------------------------------------
 
@@ -107,10 +108,13 @@ class PathGrower:
         self.close()
         self.tool = 0
 
-    def lose(self) -> None:
-        """The tool goes to a place that only the machine knows: the region ends, the next begins with a known point."""
+    def lose(self, *, home: bool = False) -> None:
+        """The tool goes to a place that only the machine knows: the region ends, the next begins with a known point.
+
+        home: it is one of the machine's, above the part, or the program has named no other yet.
+        """
         self.close()
-        self._last, self._lost = None, True
+        self._last, self._lost, self.adrift = None, True, not home
 
     def rapid(self, to: Stance, line: int) -> None:
         """A rapid move in a straight line of the tip; small turns of the rotary axes are followed."""

@@ -273,7 +273,7 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
         if frame.placeable and frame.known:
             modal.first_move(block.line)
             path.rapid(frame.stance(), block.line)
-    path.lose()
+    path.lose(home=True)
     frame.forget(named or "XYZ")
     away = code == 300 or (code == 530 and any(block.words[letter] for letter in named if letter in "ABC"))
     if away and set("ABC") & set(named):  # another place than the machine's zero, where the rotary axes stand upright

@@ -46,7 +46,7 @@ class Motions:
                 self._not_askew(self.path.place, to)
             self.path.rapid(to, line)
             return
-        self.path.lose()
+        self.path.lose(home=not self.path.adrift)
         if not frame.placeable:
             self.path.note(
                 "unplaced-rapid",

@@ -303,7 +303,7 @@ class GcodeReader(Machined):
             return
         stand, before = self._stand, self._stand.at
         stand.go(self._target(axes, words))
-        self._begins.moved(rapid=self._motion == "0")
+        self._begins.moved(line, rapid=self._motion == "0", straight=self._motion == "1")
         pose, way = stand.pose(), Way.RAPID if self._motion == "0" else Way.FEED
         if pose is None:
             if way == Way.FEED:

@@ -126,7 +126,7 @@ class Standing:
         if self.tilted or any(self.at[letter] != 0.0 for letter in self.used):
             self.forget()
         else:
-            self.at["Z"] = None
+            self.at["Z"], self.unnamed = None, False
 
     def switch(self, by: str, on: bool) -> None:
         """The tool centre point on or off, by "G" or "M": with turned axes, X, Y and Z mean another thing behind it."""
@@ -157,6 +157,7 @@ class Standing:
         for letter in axes or every:
             upright = not float(words[letter]) if words and axes else bool(axes) or self.at[letter] == 0.0
             self.at[letter] = 0.0 if letter in "ABC" and upright else None
+        self.unnamed = self.unnamed or not axes or "Z" in axes  # up there
         if self.tilted:
             self.forget()
             self._along = self._along and bool(axes) and not axes & set("ABC")

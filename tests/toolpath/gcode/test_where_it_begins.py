@@ -56,3 +56,18 @@ def test_what_may_have_cut_somewhere_is_refused_by_both(tmp_path: Path, name: st
     with pytest.raises(ToolpathError, match=r"a cut while .* has no known value"):
         read_toolpath(tmp_path / name)
     assert any(UNNAMED in gap.text for gap in read_story(tmp_path / name).gaps)
+
+
+def test_behind_a_tool_change_out_of_a_cut_nothing_is_left_out(tmp_path: Path) -> None:
+    """How far the machine takes the tool up is its own: where it stays, as LinuxCNC's does, the next move at a feed cuts."""
+    slot = ISO + "G0 X0 Y0 Z20\nG1 Z-5 F500\nY18\nT2 M6\nM3\n{}Y-19\nG0 Z8\nX30\nG1 Z-2\nX40\n" + END
+    (tmp_path / "slot.nc").write_text(slot.format(""), encoding="utf-8")
+    with pytest.raises(ToolpathError, match="a cut while Z has no known value"):
+        read_toolpath(tmp_path / "slot.nc")
+    assert not read_story(tmp_path / "slot.nc").complete
+    (tmp_path / "up.nc").write_text(
+        slot.format("G91 G28 Z0\nG90 G1 "), "utf-8"
+    )  # from there it is a way to the part
+    toolpath, story = read_toolpath(tmp_path / "up.nc"), read_story(tmp_path / "up.nc")
+    assert "begins-anywhere" in {f.code for f in toolpath.findings} and story.complete
+    assert not list(differences(toolpath, story))

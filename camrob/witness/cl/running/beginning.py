@@ -8,6 +8,8 @@ from camrob.witness.happenings import Gap
 
 __all__ = ["Beginning"]
 
+_FROM_NOWHERE = "a cut from where the tool is not known to be"
+
 
 class Beginning:
     """Straight cuts that begin where the program has not said that the tool stands, and end where it has said it in part.
@@ -22,6 +24,8 @@ class Beginning:
         self._gap: Gap | None = None
         self._named: dict[str, float] = {}
         self._over = False  # the first place is reached, at a feed
+        self._cuts = False  # something has been cut
+        self._over_part: tuple[float | None, float | None] = (None, None)  # X and Y
 
     def cut(self, line: int, axes: set[str], *, straight: bool) -> None:
         """A cut in a place that is not known; axes: the letters of its block."""
@@ -30,14 +34,31 @@ class Beginning:
         own = not goes_on or tell.gaps[-1] is self._gap  # else one that is a cut has become a part of the gap
         tell.gap(line, reason)
         named = {k: v for k in "XYZ" if (v := stand.at[k]) is not None}
-        plain = not (stand.odd or stand.tilted or stand.used or tell.hidden) and stand.own is None
-        if own and reason == UNNAMED and straight and plain and axes <= named.keys():
+        if own and reason == UNNAMED and straight and self._plain and axes <= named.keys():
             self._gap, self._named, self._over = tell.gaps[-1], named, False
         else:
             self._gap = None
 
-    def moved(self, *, rapid: bool) -> None:
+    def moved(self, line: int, *, rapid: bool, straight: bool) -> None:
         """The axes stand elsewhere than before."""
+        self._checked(rapid=rapid)
+        before, self._over_part = self._over_part, (self._stand.at["X"], self._stand.at["Y"])
+        if rapid or self._stand.pose() is None:
+            return
+        across = before != self._over_part  # straight down from wherever it is cuts nothing else
+        if self._cuts and across and straight and self._gap is None and self._tell.here is None and self._plain:
+            self._tell.gap(line, _FROM_NOWHERE)
+            self._gap, self._over = self._tell.gaps[-1], True
+            self._named = {letter: v for letter in "XYZ" if (v := self._stand.at[letter]) is not None}
+        self._cuts = True
+
+    @property
+    def _plain(self) -> bool:
+        stand = self._stand
+        return not (stand.odd or stand.tilted or stand.used or self._tell.hidden) and stand.own is None
+
+    def _checked(self, *, rapid: bool) -> None:
+        """Whether what a gap is of was a way above the part."""
         if self._gap is None:
             return
         at = {letter: v for letter in "XYZ" if (v := self._stand.at[letter]) is not None}
@@ -52,4 +73,4 @@ class Beginning:
         elif len(at) == len("XYZ"):
             self._named, self._over = at, True
             if rapid:
-                self.moved(rapid=True)
+                self._checked(rapid=True)
