@@ -265,6 +265,11 @@ def _machine(code: int, block: Block, modal: Modal, frame: ToolFrame, path: Path
         return False
     if code == 530 and {20, 30} & {modal.motion, *block.g}:
         raise ToolpathError("an arc to a machine position (G53)", hint="use G0 or G1 with G53")
+    cuts = 10 in block.g or (modal.motion == 10 and 0 not in block.g)
+    if code == 530 and cuts and path.cutting and set("XY") & set(named):
+        raise ToolpathError(
+            "a cut to a machine position (G53 with G1) straight out of another", hint="lift the tool first, or use G0"
+        )
     if modal.polar is not None and set("XY") & set(named) and code != 530:
         raise ToolpathError("G28 by way of a point in polar coordinates (G16)", hint="put G15 before it")
     steps = not modal.incremental or any(block.words[letter] for letter in named)

@@ -47,7 +47,7 @@ class Standing:
     shift: m, of G52 or G92: `at` is where the tool is without it. preset: some of it is G92's. used: the rotary letters that the
     program has named. own: (4, 4), the frame that the program has set for its points within `shift`, None: none. loose: its axes
     that no block has named together since: what one of them alone means, controls differ on. unnamed: what is not known has not
-    been named, since the start or a machine position.
+    been named, since the start or a machine position. risen: the tool went up out of a cut, nobody knows how far.
     """
 
     def __init__(self, sense: float = 1.0, machine: MachineTool | None = None) -> None:
@@ -60,6 +60,7 @@ class Standing:
         self.loose: set[str] = set()
         self.used: set[str] = set()
         self.unnamed = True
+        self.risen = False
         self._tcp: set[str] = set()  # what holds the tool centre point: "G" (G43.4), "M" (M128, M428)
         self._plane: tuple[Array, Array] | None = None  # part_R_plane, part_p_plane (m)
         self._along = False  # the tool stands along the plane's z axis
@@ -126,7 +127,7 @@ class Standing:
         if self.tilted or any(self.at[letter] != 0.0 for letter in self.used):
             self.forget()
         else:
-            self.at["Z"], self.unnamed = None, False
+            self.at["Z"], self.unnamed, self.risen = None, False, True
 
     def switch(self, by: str, on: bool) -> None:
         """The tool centre point on or off, by "G" or "M": with turned axes, X, Y and Z mean another thing behind it."""
@@ -157,7 +158,8 @@ class Standing:
         for letter in axes or every:
             upright = not float(words[letter]) if words and axes else bool(axes) or self.at[letter] == 0.0
             self.at[letter] = 0.0 if letter in "ABC" and upright else None
-        self.unnamed = self.unnamed or not axes or "Z" in axes  # up there
+        if not axes or "Z" in axes:
+            self.unnamed, self.risen = True, False  # up there
         if self.tilted:
             self.forget()
             self._along = self._along and bool(axes) and not axes & set("ABC")

@@ -37,10 +37,16 @@ def cuts(folder: Path, name: str, text: str, dialect: str | None = None) -> np.n
     return np.vstack(rows)
 
 
-@pytest.mark.parametrize("then", ["G0 X0. Y5.\nG43 H2\nG1 Z-2. F80.\n", "G1 X0. Y5. Z-2. F80.\n"])
+@pytest.mark.parametrize("then", ["G0 X0. Y5.\nG43 H2\nG1 Z-2. F80.\n", "X0. Y5. Z-2. F80.\n"])
 def test_a_change_straight_out_of_a_cut(tmp_path: Path, then: str) -> None:
-    """Neither way lies in the part: the one reading took the rapid for one at the cut's depth."""
-    found = cuts(tmp_path, "a.nc", ISO + f"T2 M6\nS6000 M3\n{then}X10. F300.\nG0 Z20.\nM30\n")
+    """The way there doesn't lie in the part: the one reading took the rapid for one at the cut's depth."""
+    text = ISO + f"T2 M6\nS6000 M3\n{then}X10. F300.\nG0 Z20.\nM30\n"
+    if then[0] == "X":  # at a feed, from wherever the machine went: perhaps through the part
+        (tmp_path / "a.nc").write_text(text, encoding="utf-8")
+        with pytest.raises(ToolpathError, match="where the tool is not known to be"):
+            read_toolpath(tmp_path / "a.nc")
+        return
+    found = cuts(tmp_path, "a.nc", text)
     assert found[:, :3] == pytest.approx(np.array([[0, 0, -1], [10, 0, -1], [0, 5, -2], [10, 5, -2]]))
 
 

@@ -33,6 +33,13 @@ HEIDENHAIN = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S5000\n2 L X+0 Y+0 Z+30 R0 FMAX 
             8,
             "held at an angle .M19 in line 6",
         ),
+        ("g53.nc", ISO + "G1 Z-1. F300\nX20.\nG53 X-100.\nG0 Z30.\nM30\n", 7, "a cut to a machine position"),
+        (
+            "eob.nc",
+            "O1\n" + ISO + "G1 Z-1. F300; X20. Y5. ;\nG0 Z30.\nM30\n",
+            6,
+            r"a block behind a semicolon \(X20. Y5",
+        ),
         ("num.nc", ISO + "G81 X20 Y20 Z-12 ER2 F100\nM30\n", 5, "a word of NUM's controls"),
         ("selca.nc", ISO + "G X10 Y0\nM30\n", 5, "G without a number"),
         ("osp.min", "$OKUMA.SSB%\nOSTRT\nG0 X1\nRTS\n", 2, "block names of OSP"),

@@ -65,9 +65,34 @@ def test_behind_a_tool_change_out_of_a_cut_nothing_is_left_out(tmp_path: Path) -
     with pytest.raises(ToolpathError, match="a cut while Z has no known value"):
         read_toolpath(tmp_path / "slot.nc")
     assert not read_story(tmp_path / "slot.nc").complete
-    (tmp_path / "up.nc").write_text(
-        slot.format("G91 G28 Z0\nG90 G1 "), "utf-8"
-    )  # from there it is a way to the part
+    (tmp_path / "up.nc").write_text(slot.format("G91 G28 Z0\nG90 G1 "), "utf-8")  # from there it is a way to the part
     toolpath, story = read_toolpath(tmp_path / "up.nc"), read_story(tmp_path / "up.nc")
     assert "begins-anywhere" in {f.code for f in toolpath.findings} and story.complete
     assert not list(differences(toolpath, story))
+
+
+@pytest.mark.parametrize(
+    ("away", "next_way", "reads"),
+    [
+        ("G28 X20\nG1 X30 Y3\n", "X50\n", False),  # a slot from the machine's X to 30
+        ("T2 M6\nM3\nG1 X30 Y3 Z-1\n", "X50\n", False),
+        ("T2 M6\nM3\nG1 X30 Y3 Z9\n", "Z-1\nX50\n", False),  # from a height that nobody knows, perhaps in the part
+        ("G91 G28 Z0\nG90 G1 X30 Y3 Z-1\n", "X50\n", False),
+        ("G91 G28 Z0\nG90 G1 X30 Y3 Z9\n", "Z-1\nX50\n", True),  # a way above the part
+        ("G91 G28 Z0\nG90 G1 X30 Y3 Z9\n", "G0 X50\nG1 Z-1\n", True),
+        ("G91 G28 Z0\nG90 G0 X30 Y3\nG1 Z-1\n", "X50\n", True),  # straight down
+        ("T2 M6\nM3\nG0 X30 Y3\nG1 Z-1\n", "X50\n", True),
+    ],
+)
+def test_a_cut_from_where_nobody_knows_is_refused_by_both(
+    tmp_path: Path, away: str, next_way: str, *, reads: bool
+) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text(ISO + "G0 X0 Y0 Z20\nG1 Z-1 F100\nX20\n" + away + next_way + "G0 Z50\nM5\nM2\n", encoding="utf-8")
+    story = read_story(file)
+    if reads:
+        assert story.complete and not list(differences(read_toolpath(file), story))
+        return
+    assert not story.complete
+    with pytest.raises(ToolpathError, match="where the tool is not known to be"):
+        read_toolpath(file)

@@ -18,16 +18,35 @@ _POINTED = re.compile(r"[XYZIJKR][ \t]*[-+]?[0-9]+\.(?![0-9])")
 _UNPOINTED = re.compile(r"(?<![A-Z#\[])([XYZABCIJK])[ \t]*([-+]?[0-9]*[1-9][0-9]*)(?![0-9.\]])")
 _COUNTS = re.compile(r"G0*(?:7[346]|8[1-9]|3[4-7])(?![0-9])|M0*98(?![0-9])")  # in whose blocks K counts
 _COUNTED = re.compile(r"K[ \t]*[0-9]+(?![0-9.])")
+_BEHIND = re.compile(r"\s*[A-Z/%][^;(]*;((?:\s*[A-Z]\s*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))+)\s*;?\s*$")
+_MOVES = re.compile(r"[XYZABCIJKR]")
 _PROGRAM = re.compile(r"^[ \t]*[O:][0-9]{1,8}\b", re.M)
 
 
 def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
     """The blocks of a program; it is run where it computes or calls, and only read where it does not."""
     check_points(lines, path, "Fanuc's controls take it for {:g}")
+    _one_block_a_line(lines, path)
     bare = "\n".join(line for line in lines if not line.lstrip().startswith((";", "(")))
     if SUBPROGRAMS.search(bare):
         return run_macro(lines, path, state)
     return lex(lines, path)
+
+
+def _one_block_a_line(lines: list[str], path: Path) -> None:
+    """Refuse a block behind a semicolon in a program with a number: Fanuc ends a block there, others begin a comment."""
+    if not _PROGRAM.search("\n".join(lines).upper()):
+        return
+    for number, raw in enumerate(lines, 1):
+        match = _BEHIND.match(raw.upper()) if ";" in raw else None
+        if match and _MOVES.search(match[1]):
+            raise ToolpathError(
+                f"a block behind a semicolon ({match[1].strip()[:24]}): on Fanuc's controls it ends one, on others a comment "
+                "begins there",
+                hint="write each block on a line of its own, or put what is a comment in parentheses",
+                path=path,
+                line=number,
+            )
 
 
 def check_points(lines: list[str], path: Path, whose: str) -> None:
