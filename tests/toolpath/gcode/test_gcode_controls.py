@@ -437,8 +437,8 @@ def test_cycles_of_siemens_that_are_refused(tmp_path: Path, body: str, match: st
 
 
 def test_a_machine_position_leaves_the_kind_of_motion_alone(tmp_path: Path) -> None:
-    found = _moved(tmp_path, "G1 X5\nSUPA Z300\nG0 X0 Y0 Z20\nG1 Z5\nSUPA Z300\nX1 Y1 Z6\nX2\n")
-    assert found[-1] == ("cut", 2, 1, 6, 600)
+    found = _moved(tmp_path, "G1 X5\nSUPA Z300\nG0 X0 Y0 Z20\nG1 Z5\nSUPA Z300\nX1 Y1 Z6\nZ5\nX2\n")
+    assert found[-1] == ("cut", 2, 1, 5, 600)
 
 
 BASE = "Q200=+2 Q201=-8 Q206=+150 Q203=+1 Q204=+20 Q211=+0"
