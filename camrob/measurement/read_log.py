@@ -177,7 +177,7 @@ def _read_csv(path: Path, *, timed: bool) -> tuple[list[str], Array]:
     if not header.strip():
         raise LogError("is empty", hint="give a header row and samples", path=path, line=1)
     for other, word in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks")):
-        if other in header.strip() and "," not in header:
+        if other in header.strip() and "," not in header and not header.lstrip().startswith("#"):
             hint = "separate columns by commas, decimals by a point, or say so in [table] of its .toml"
             raise LogError(f"separates columns by {word}", hint=hint, path=path, line=1)
     names = [name.strip().strip('"') for name in header.split(",")]
