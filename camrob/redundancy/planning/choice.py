@@ -78,6 +78,11 @@ class Knee:
 
         if self.accurate:
             return self._most_accurate(points)
+        if not points[0].travel:
+            best = max(range(len(points)), key=lambda k: points[k].share)
+            return Choice(
+                best, "the best conditioned; the cell has no external axis, and roll and posture are all that is free"
+            )
         percent = f"{100.0 * self.share:g} %"
         good = [k for k, p in enumerate(points) if self.keeps(p)]
         cheap = [k for k, p in enumerate(points) if self.within(p)]

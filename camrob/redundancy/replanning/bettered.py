@@ -19,7 +19,7 @@ from camrob.redundancy.planning.curve import STILL
 from camrob.redundancy.replanning.one_plan import Plan
 from camrob.redundancy.solution import Solution
 
-__all__ = ["Run", "RunFigures", "cheaper_plans", "loses_nothing", "whole_price"]
+__all__ = ["Run", "RunFigures", "cheaper_plans", "is_worth_it", "loses_nothing", "whole_price"]
 
 
 class RunFigures(NamedTuple):
@@ -35,6 +35,9 @@ class RunFigures(NamedTuple):
 Run: TypeAlias = Callable[[ToolPathInBase, Solution], RunFigures]
 
 _WORTH = 0.002  # of the price: what is not cheaper by that is no other plan
+_WORTH_MOVING = (
+    0.01  # and what still external axes are set in motion for: less than that is not what a price is known to
+)
 _LONGER, _LESS_HELD = 0.001, 0.005  # shares that are no loss: what runs that are alike differ by
 _LONGER_WITHIN = 0.1  # of time within all limits, which the worst single place of a cut decides
 _TRIALS = 4  # plans that are tried, the cheapest first
@@ -55,6 +58,13 @@ def loses_nothing(new: RunFigures, old: RunFigures) -> bool:
     )
 
 
+def is_worth_it(price: float, known: float, *, moves: bool) -> bool:
+    """Whether a plan of a price, m, is so much cheaper than the known one that it is another plan; moves: whether it sets
+    external axes in motion that stand still in that one.
+    """
+    return price < (1.0 - (_WORTH_MOVING if moves else _WORTH)) * known
+
+
 def cheaper_plans(plan: Plan) -> Iterator[Plan]:
     """The plan with another point taken that is cheaper by the whole price, the cheapest first: of its curve, or of three of the
     curve's points refined with travel priced in full.
@@ -64,7 +74,9 @@ def cheaper_plans(plan: Plan) -> Iterator[Plan]:
     ranked = sorted(((whole_price(plan, p), k, p) for k, p in points if p is not plan.taken), key=lambda row: row[:2])
     tried = list[float]()
     for price, k, point in ranked:
-        if price >= (1.0 - _WORTH) * known or len(tried) == _TRIALS:
+        if not is_worth_it(price, known, moves=False) or len(tried) == _TRIALS:
+            return
+        if not is_worth_it(price, known, moves=plan.taken.name == STILL and any(point.figures.travel.values())):
             return
         if tried and price < (1.0 + _WORTH) * tried[-1]:  # the last one, begun from elsewhere
             continue

@@ -151,3 +151,9 @@ def test_the_knee_takes_what_its_rule_says() -> None:
     assert taken(0.96, E2=10.0, E1=1.0) == "still"
     points = points[2:]  # nothing within the budget
     assert taken(0.96, E2=1.0) == "b" and taken(0.97, E2=1.0) == "c"
+
+
+def test_where_nothing_outside_of_the_arm_moves_no_budget_of_it_is_spoken_of() -> None:
+    points = [PlanPoint("still", 0.6, 0.5, 0.85, {}), PlanPoint("x0.7", 0.6, 0.5, 0.86, {})]
+    choice = Knee(np.array([0.0]), 0.96, {}).take(points)
+    assert choice.curve_index == 1 and "no external axis" in choice.rule and "budget" not in choice.rule

@@ -11,7 +11,7 @@ import pytest
 from camrob.cell.read_cell import read_cell
 from camrob.jobs.solving.plan_run import job_run
 from camrob.redundancy.planned import resolve_planned
-from camrob.redundancy.replanning.bettered import RunFigures, loses_nothing
+from camrob.redundancy.replanning.bettered import RunFigures, is_worth_it, loses_nothing
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
@@ -32,6 +32,11 @@ def test_what_loses_nothing():
     assert not loses_nothing(RunFigures(100.2, 0.9, 200.0), old)
     assert not loses_nothing(RunFigures(90.0, 0.89, 150.0), old)
     assert not loses_nothing(RunFigures(90.0, 0.95, 221.0), old)
+
+
+def test_axes_that_stand_still_are_not_set_in_motion_for_half_a_percent():
+    assert is_worth_it(0.995, 1.0, moves=False) and not is_worth_it(0.995, 1.0, moves=True)
+    assert is_worth_it(0.985, 1.0, moves=True) and not is_worth_it(0.999, 1.0, moves=False)
 
 
 @pytest.mark.slow
