@@ -110,6 +110,8 @@ def test_what_is_handed_otherwise_is_not_run(tmp_path: Path, head: str) -> None:
         f"VAR bool b;\nIF NOT b AND b THEN\n{GO}ENDIF\n",
         f"FOR i FROM 1 TO 2 DO\ni:=2;\n{GO}ENDFOR\n",
         f"WHILE TRUE DO\n{GO}ENDWHILE\n",
+        f"FOR i TO 2 DO\n{GO}ENDFOR\n",
+        f"VAR num q{{others}};\n{MOVE.format('q{1}')}",
     ],
 )
 def test_a_course_that_the_text_does_not_say_is_not_run(tmp_path: Path, body: str) -> None:

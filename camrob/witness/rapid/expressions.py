@@ -93,6 +93,8 @@ def evaluate(text: str, scopes: Scopes) -> Item:
 def element(kind: str, whole: Item, at: tuple[int, ...]) -> tuple[str, Item]:
     """The type and the value of an array's element, counted from 1. Raises NotSaidError."""
     bare, mark, sizes = kind.partition("{")
+    if sizes == "?}":
+        raise NotSaidError("how large the array is isn't in the program")
     wanted = [int(size) for size in sizes.rstrip("}").split(",")] if mark else []
     if len(at) != len(wanted) or any(not 1 <= k <= size for k, size in zip(at, wanted, strict=True)):
         raise NotSaidError(f"it has no element {','.join(map(str, at))}")

@@ -112,7 +112,7 @@ def _count(
 ) -> None:
     """FOR name FROM a TO b [STEP c] DO: the counter is known within it alone; without STEP it goes down where a is above b."""
     words = {t.text: k for k, t in enumerate(head.tokens) if t.kind == "name" and t.text in ("FROM", "TO", "STEP")}
-    if set(words) < {"FROM", "TO"} or words["FROM"] != 2 or data.own is None:
+    if not {"FROM", "TO"} <= set(words) or words["FROM"] != 2 or data.own is None:
         raise UnknownError("no FOR")
     end = words.get("STEP", len(head.tokens) - 1)
     first, last = (_whole(data.value(head.tokens[a:b])) for a, b in ((3, words["TO"]), (words["TO"] + 1, end)))
