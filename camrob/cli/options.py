@@ -16,6 +16,7 @@ __all__ = [
     "CycleOption",
     "Device",
     "DurationOption",
+    "EngagementOption",
     "Feed",
     "ForceOption",
     "FrameOption",
@@ -131,6 +132,14 @@ SetupOption = Annotated[
 ]
 ForceOption = Annotated[
     Path | None, typer.Option("--force", metavar="FORCE.toml", help="What pushes on the tool while it cuts.")
+]
+EngagementOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--setup",
+        metavar="SETUP.toml",
+        help="Stock and cutter, where --force leaves its engagement open. Default: setup.toml beside the program.",
+    ),
 ]
 ThenCompensatedOption = Annotated[
     bool, typer.Option("--then-compensated", help="With --for-accuracy: plan for what camrob compensate will leave.")

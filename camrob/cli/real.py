@@ -13,6 +13,7 @@ from camrob.cli.options import (
     CorrectedOption,
     CycleOption,
     DurationOption,
+    EngagementOption,
     ForceOption,
     FrameOption,
     GainOption,
@@ -181,6 +182,7 @@ def compensate(
         ),
     ] = None,
     force: ForceOption = None,
+    setup: EngagementOption = None,
     feed: Annotated[
         float | None, typer.Option("--feed", metavar="MM_MIN", help="The feed, where a solved path is given.")
     ] = None,
@@ -196,6 +198,7 @@ def compensate(
             calibration=calibration,
             diagnosis=diagnosis,
             force=force,
+            setup=setup,
             out=out,
             feed=feed,
             progress=progress,

@@ -35,6 +35,7 @@ no log tells, and a long length makes it go on too surely (held to cells of othe
 
 _POSTURES = 80  # kept at the most
 _HELD = 0.01  # share of the field's variance over the logs that may be missing at a posture that isn't kept
+_PARTS = 60  # of what is not known along a run, at the most
 _JITTER = 1e-9  # of the kernel's own variance: what rounding needs
 _OF_POSTURE = (PARTS.index("posture"), PARTS.index("travel"))
 _DIGITS = 6  # of a number in the file
@@ -84,12 +85,37 @@ class UnexplainedField:
     def at(self, scene: Scene) -> UnexplainedAt:
         """What is to be expected at the samples of a run, wherever it was measured."""
         asked = normalised(scene, self.axes)
+        cross, share = self._shares(asked)
+        return UnexplainedAt(
+            share @ self.mean, np.sqrt(self._variance(cross, share)), np.einsum("nm,mdk->ndk", share, self.by_value)
+        )
+
+    def together(self, scene: Scene) -> Array:
+        """(N, L) m, the L independent parts of which what is not known at the samples of a run is made, in any one direction:
+        L L^T is its covariance there, but for a hundredth of the variance of its prior.
+        """
+        asked = normalised(scene, self.axes)
+        cross, share = self._shares(asked)
+        left = self._variance(cross, share)
+        parts, enough = np.zeros((len(asked), 0)), _HELD * (self.variance + self.same)
+        while len(left) and parts.shape[1] < _PARTS and left.max() > enough:
+            k = int(np.argmax(left))
+            column = self.kernel(asked, asked[k : k + 1])[:, 0] + share @ (self.cov @ share[k] - cross[k])
+            column = (column - parts @ parts[k]) / np.sqrt(left[k])
+            parts, left = np.c_[parts, column], np.maximum(left - column**2, 0.0)
+            left[k] = 0.0
+        return parts
+
+    def _shares(self, asked: Array) -> tuple[Array, Array]:
+        """(N, m) m2, covariances of postures (N, k) with those that are known, and the shares of these in what is expected."""
         cross = self.kernel(asked, self.postures)
-        share = cho_solve(cho_factor(self.among), cross.T).T
+        return cross, cho_solve(cho_factor(self.among), cross.T).T
+
+    def _variance(self, cross: Array, share: Array) -> Array:
+        """(N,) m2 in one direction of what is not known."""
         left = self.same + self.variance - np.einsum("nm,nm->n", share, cross)
         known = np.einsum("nm,ml,nl->n", share, self.cov, share, optimize=True)
-        deviation = np.sqrt(np.maximum(left, 0.0) + np.maximum(known, 0.0))
-        return UnexplainedAt(share @ self.mean, deviation, np.einsum("nm,mdk->ndk", share, self.by_value))
+        return np.asarray(np.maximum(left, 0.0) + np.maximum(known, 0.0))
 
     def said(self) -> UnexplainedSaid:
         """The part of the JSON object."""

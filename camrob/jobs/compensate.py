@@ -28,6 +28,7 @@ from camrob.jobs.files.solution_program import check_feed, program_of_solution
 from camrob.jobs.files.solved_path import is_solution, save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.predicting.removal import beside_program, removal_of
 from camrob.jobs.release.beside import compensated_manifest, fastest_that_cuts, said_to_be_compensated
 from camrob.jobs.release.compensation import (
     analyses_before_after,
@@ -73,6 +74,7 @@ def compensate(
     calibration: Path | None = None,
     diagnosis: Path | None = None,
     force: Path | None = None,
+    setup: Path | None = None,
     feed: float | None = None,
     progress: Progress | None = None,
 ) -> CompensateResult:
@@ -92,6 +94,8 @@ def compensate(
         calibration: the CALIBRATION.toml of the cell; None: a diagnosis found no constants.
         diagnosis: the folder of the diagnosis that wrote the calibration.
         force: FORCE.toml, what pushes on the tool while it cuts; what yields under it is taken off too.
+        setup: the set-up with stock and cutter, for a force that leaves its engagement to the removal; None: setup.toml beside
+            the program.
         feed: mm/min, for a solution only.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
@@ -120,7 +124,7 @@ def compensate(
         raise InputError(f"is compensated already, as {already} beside it says", hint=hint, path=program)
     machine = cell_for("compensate", cell)
     found = None if calibration is None else read_calibration(calibration, machine)
-    known = _machine(found, diagnosis, force, Path(cell), machine, program)
+    known = _machine(found, diagnosis, force, setup, Path(cell), machine, program)
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
@@ -139,21 +143,34 @@ def compensate(
 
 
 def _machine(
-    found: Calibration | None, diagnosis: Path | None, force: Path | None, folder: Path, cell: Cell, program: Path
+    found: Calibration | None,
+    diagnosis: Path | None,
+    force: Path | None,
+    setup: Path | None,
+    folder: Path,
+    cell: Cell,
+    program: Path,
 ) -> DiagnosedMachine | None:
     """The machine as diagnosed, under a force, for a program; None where a calibration alone is to be met.
 
-    Raises InputError where nobody says what is wrong with it, and for a force that the removal would have to tell.
+    Raises InputError where nobody says what is wrong with it, and for a force that the removal has to tell, and no set-up does.
     """
     if diagnosis is None and force is None and found is not None:
         return None
     alone = diagnosis is None and (found is not None or force is not None)
     units, rest = (None, 0.0) if alone else diagnosed(diagnosis, found, folder, cell)
     pushes = None if force is None else read_force(force)
+    if setup is not None and (pushes is None or not pushes.asks_removal):
+        hint = "leave it out, or give a --force whose depth_mm or width_mm is left to the removal"
+        raise InputError("is not needed: nothing asks what is cut", hint=hint, path=setup)
+    removal = None
     if pushes is not None and pushes.asks_removal:
-        raise InputError("leaves depth or width to the removal", hint="give depth_mm and width_mm", path=force)
+        if setup is None and not beside_program(program).is_file():
+            hint = "give depth_mm and width_mm, or stock and cutter by --setup"
+            raise InputError("leaves depth or width to the removal", hint=hint, path=force)
+        removal = removal_of(program, setup, cell)
     name = "" if diagnosis is None else Path(diagnosis).name
-    return DiagnosedMachine(cell, found, units, rest, name, pushes, fastest_that_cuts(program, pushes))
+    return DiagnosedMachine(cell, found, units, rest, name, pushes, fastest_that_cuts(program, pushes), removal)
 
 
 def _used(found: Calibration, file: Path | None) -> CalibrationUsed:

@@ -12,18 +12,14 @@ from numpy.typing import NDArray
 from camrob.bodies.meshes import body_triangles
 from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
-from camrob.cell.read_setup import read_setup
 from camrob.cell.setup import Setup
 from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate as run
-from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import Dexels, of_mesh
-from camrob.cutting.engagement import removed_area
+from camrob.cutting.dexels import Dexels
 from camrob.cutting.holder import holder_takes
 from camrob.errors import InputError, SetupError
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
-from camrob.jobs.files.mounting import cutter_of
 from camrob.jobs.files.output import staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
@@ -32,25 +28,25 @@ from camrob.jobs.predicting.predicted_figures import (
     causes_of,
     force_of,
     holder_of,
+    likely_of,
     part_of,
     places_of,
     regions_of,
     size_of,
 )
+from camrob.jobs.predicting.removal import cutter_for, removed, setup_for, stock_of
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
-from camrob.measurement.log import MeasurementLog
 from camrob.prediction.against_part import against_part
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
-from camrob.prediction.surface import PredictedSurface, predict_surface, way_of
+from camrob.prediction.surface import PredictedSurface, predict_surface
 from camrob.prediction.true_path import TruePath, true_path
 from camrob.program.motion import Blend
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
 from camrob.report.predict.page import predict_report
-from camrob.se3 import inverse
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictSeconds, PredictSummary
 from camrob.units import m_to_mm, mm_to_m, ms_to_s
 
@@ -146,8 +142,8 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     machine = cell_for("simulate", asked.cell)
     text = language.read(program, machine.controller_section)
     found = None if asked.calibration is None else read_calibration(asked.calibration, machine)
-    held = _set_up(program, asked.setup, machine)
-    cutter, stock = _cutter(held), _stock(held, mm_to_m(asked.pitch_mm))
+    held = setup_for(program, asked.setup, machine)
+    cutter, stock = cutter_for(held), stock_of(held, mm_to_m(asked.pitch_mm))
     units, rest = diagnosed(diagnosis, found, asked.cell, machine)
     pushes = None if asked.force is None else read_force(asked.force)
     tooled, findings = program_cell(text, machine)
@@ -158,8 +154,8 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     simulated = time.perf_counter()
     base_T_part, runout, area = np.asarray(held.base_T_part), 0.5 * held.tool().runout, None
     if pushes is not None and pushes.asks_removal:
-        area = _removed(ran.log, tooled, stock, cutter, base_T_part)
-    path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area)
+        area = removed(ran.log, tooled, stock, cutter, base_T_part)
+    path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area, drawn=True)
     reckoned = time.perf_counter()
     cut = stage_of(progress, "cut")
     surface = predict_surface(stock, cutter, base_T_part, path, programmed, runout=runout, progress=cut)
@@ -176,6 +172,7 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         **size_of(surface.deviation).to_json(),
         band_mm=m_to_mm(float(np.median(surface.band))),
         band_p95_mm=m_to_mm(float(np.quantile(surface.band, 0.95))),
+        likely=likely_of(surface.likely),
         percentiles_mm={str(p): m_to_mm(float(np.quantile(surface.deviation, p / 100.0))) for p in _PERCENTILES},
         causes=causes_of(surface, path, corrected=asked.meant is not None),
         rest_mm=m_to_mm(float(np.sqrt(np.mean(path.rest**2)))),
@@ -242,13 +239,6 @@ def _held_clear(
     return holder_of(taken, surface.real.kept, path)
 
 
-def _removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, base_T_part: Array) -> Array:
-    """(N,) m2 that is cut across the way to each row of a run, if the machine goes as it should."""
-    part_T_tool = inverse(base_T_part) @ base_T_tool(cell, cell.to_q(run.setpoints(cell.axis_names)))
-    way = way_of(part_T_tool, cutter)
-    return np.append(0.0, np.repeat(removed_area(stock, way.moves), np.diff(way.kept)))
-
-
 def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
     write_summary(folder / "predict.json", summary)
     arrays = {
@@ -273,35 +263,3 @@ def _demand_cut(surface: PredictedSurface, program: Path, meant: Path | None) ->
     if len(surface.point) == 0:
         hint = "give the set-up that the program was posted with (--setup); check the stock's place and unit there"
         raise InputError("the program cuts nothing of the stock", hint=hint, path=program)
-
-
-def _set_up(program: Path, setup: Path | None, machine: Cell) -> Setup:
-    beside = program.parent / "setup.toml"
-    if setup is None and not beside.is_file():
-        raise InputError("nothing says what is cut, and by which cutter", hint="give --setup SETUP.toml", path=program)
-    return read_setup(setup or beside, machine)
-
-
-def _cutter(setup: Setup) -> Cutter:
-    """The set-up's one cutter. Raises SetupError where it does not say what its shape is."""
-    cutter = cutter_of(setup.tool(), setup)
-    if cutter is None:
-        what = "does not say the cutter's shape"
-        raise SetupError(what, hint="give [tool] diameter_mm, corner_radius_mm and length_mm", path=setup.path)
-    return cutter
-
-
-def _stock(setup: Setup, pitch: float) -> Dexels:
-    """The set-up's stock, or a block as large as its part."""
-    body = setup.stock or setup.part
-    if body is None:
-        raise SetupError("names neither stock nor part", hint="add [stock] with box_mm or mesh", path=setup.path)
-    if setup.stock is None:
-        corners = body_triangles(body).reshape(-1, 3)
-        return Dexels(corners.min(axis=0), corners.max(axis=0), pitch)
-    if body.mesh is None:
-        return Dexels(body.lower, body.upper, pitch)
-    try:
-        return of_mesh(body_triangles(body), pitch)
-    except InputError as error:
-        raise error.at(body.mesh) from None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import CutSurface, Dexels, Moves, deviation
 from camrob.cutting.way import Way
+from camrob.prediction.likely import DRAWN_POINTS, LikelySizes, likely_sizes
 from camrob.prediction.true_path import TruePath
 from camrob.progress import Share, part_of
 from camrob.se3 import inverse
@@ -35,6 +36,7 @@ class PredictedSurface:
 
     row: (P,) row of the run that cut there, at: (P,) which share of the way to the next; shares: (P, C) m of the deviation by
     cause, `rounding` (P,) that of the controller's rounded corners, `runout` (P,) that of a cutter that runs out of true.
+    likely: how large deviations are on the machines that a diagnosis leaves open.
     not_met: points whose rays meet no other surface. left: what the machine leaves of the stock, on its way `real`.
     """
 
@@ -47,6 +49,7 @@ class PredictedSurface:
     shares: Array
     rounding: Array
     runout: Array
+    likely: LikelySizes
     not_met: int
     left: Dexels
     real: Way
@@ -88,6 +91,8 @@ def predict_surface(
     wider = -runout * _across(surface, keep, meant.moves)
     own = _own_wall(moved[keep], shares.sum(axis=1) + wider)
     keep, shares, band, wider = keep[own], shares[own], band[own], wider[own]
+    some = np.linspace(0, len(keep) - 1, min(len(keep), DRAWN_POINTS)).astype(np.int64)
+    likely = _likely(surface, keep[some], row, at, path, part_T_base, (rounding + moved)[keep[some]])
     return PredictedSurface(
         point=surface.point[keep],
         normal=surface.normal[keep],
@@ -98,6 +103,7 @@ def predict_surface(
         shares=shares,
         rounding=rounding[keep],
         runout=wider,
+        likely=likely,
         not_met=int(len(met) - len(keep)),
         left=carved[2],
         real=real,
@@ -134,18 +140,34 @@ def _reckoned(
     for start in range(0, len(keep), _CHUNK):
         some = keep[start : start + _CHUNK]
         row, at = rows[some], ats[some][:, None]
-        n = surface.normal[some]
-        arm = surface.point[some] - (part_p_tip[row] * (1.0 - at) + part_p_tip[row + 1] * at)
-        # n . (v + w x r), seen from `base`
-        wrench = np.concatenate([n, np.cross(arm, n)], axis=1)
-        wrench = np.concatenate([wrench[:, :3] @ part_T_base[:3, :3], wrench[:, 3:] @ part_T_base[:3, :3]], axis=1)
+        wrench = _wrench(surface, some, row, at, part_p_tip, part_T_base)
         here = slice(start, start + len(some))
-
         shares[here] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
         variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1)
         variance += _between(path.rest, row, at) ** 2
         band[here] = _NORMAL * np.sqrt(variance)
     return shares, band
+
+
+def _wrench(surface: CutSurface, some: Ints, row: Ints, at: Array, part_p_tip: Array, part_T_base: Array) -> Array:
+    """(P, 6) by which a twist of the tool in `base` moves points along their normals: n . (v + w x r)."""
+    n = surface.normal[some]
+    arm = surface.point[some] - (part_p_tip[row] * (1.0 - at) + part_p_tip[row + 1] * at)
+    turn = part_T_base[:3, :3]
+    return np.concatenate([n @ turn, np.cross(arm, n) @ turn], axis=1)
+
+
+def _likely(
+    surface: CutSurface, some: Ints, rows: Ints, ats: Array, path: TruePath, part_T_base: Array, deviation: Array
+) -> LikelySizes:
+    """Sizes on machines that are drawn, of some points with their expected deviations."""
+    row, at = rows[some], ats[some][:, None]
+    part_p_tip = (part_T_base @ path.ideal)[:, :3, 3]
+    wrench = _wrench(surface, some, row, at, part_p_tip, part_T_base)
+    own = np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at))
+    together = np.zeros((len(some), 0)) if path.together is None else _between(path.together, row, at)
+    apart = _between(path.rest, row, at) ** 2 - np.sum(together**2, axis=1)
+    return likely_sizes(deviation, wrench[:, :3], own, together, np.sqrt(np.maximum(apart, 0.0)))
 
 
 def _between(values: Array, row: Ints, at: Array) -> Array:

@@ -52,9 +52,10 @@ class TruePath:
     causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions, each of
     which is one thing that may be wrong along the whole path: a value as fitted, a description, the force; rest: (N,) m, the
     standard deviation in any one direction of what no cause explains, beside what is expected of it (`UNEXPLAINED` among the
-    causes). not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes that give way under the
-    cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these, or as is ordinary for the arm
-    where nobody knows of any.
+    causes); together: (N, L) m, L independent parts of it that go along the whole path, in any one direction, None where that
+    was not asked for. not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes that give way
+    under the cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these, or as is ordinary for
+    the arm where nobody knows of any.
     """
 
     t: Array
@@ -67,6 +68,7 @@ class TruePath:
     not_reckoned: tuple[str, ...]
     yields: tuple[str, ...] = ()
     granted: tuple[str, ...] = ()
+    together: Array | None = None
 
 
 def true_path(
@@ -80,13 +82,15 @@ def true_path(
     area: Array | None = None,
     cuts: NDArray[np.bool_] | None = None,
     assumed: bool = True,
+    drawn: bool = False,
 ) -> TruePath:
     """The machine's path on a run of the simulated controller.
 
     cell: with the tool that the program sets. calibration: None for a chain that is as it should be, or as `found` claims that it
     is. found: what the diagnosis claims, None for the calibration's constants alone. rest: m (one direction) that stays
     unexplained. force: what pushes on the tool, area: (N,) m2 that it cuts; cuts: (N,) where it does, None for everywhere.
-    assumed: see `granted_compliance`. Raises InputError where the calibration is not that of the diagnosis.
+    assumed: see `granted_compliance`; drawn: whether `together` is asked for. Raises InputError where the calibration is not that
+    of the diagnosis.
     """
     scene = _scene(run, cell)
     model, constants = calibrated_chain(calibration, cell)
@@ -117,7 +121,6 @@ def true_path(
             twists[:, :, k] += b.tcp
         if b.doubt is not None:
             states.append(found.values[k] * twists[:, :, k] * np.clip(b.doubt, 0.0, 1.0)[:, None])
-    true = model.poses(constants, behind.postures(behind.link))
     constant = np.array([bool(e.terms(u, s)) for u, e, s in zip(found.units, found.effects, found.states, strict=True)])
     further = np.zeros((len(scene), 6))
     for k, (column, own) in enumerate(zip(second, found.owner.tolist(), strict=True)):
@@ -128,17 +131,17 @@ def true_path(
         t=np.asarray(run.t),
         line=run.line,
         ideal=np.asarray(scene.nominal),
-        true=_moved(true, further),
+        true=_moved(model.poses(constants, behind.postures(behind.link)), further),
         causes=_causes(found, twists),
         spread=np.einsum("nik,kl->nil", twists, root),
         rest=np.full(len(scene), rest),
         not_reckoned=_left(found, first),
     )
-    path = _bent(_with_unexplained(path, behind, found, root), scene, known, root, force, area, cuts, granted)
+    path = _bent(_with_unexplained(path, behind, found, root, drawn), scene, known, root, force, area, cuts, granted)
     return replace(path, spread=np.concatenate([path.spread, *(s[:, :, None] for s in states)], axis=2))
 
 
-def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array) -> TruePath:
+def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array, drawn: bool) -> TruePath:
     """The path with what the diagnosis' field over posture expects beside the causes; scene: seen from `base`."""
     if found.unexplained is None:
         return path
@@ -155,6 +158,7 @@ def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Ar
         causes=(*path.causes, Cause(UNEXPLAINED, twist)),
         spread=spread,
         rest=np.hypot(path.rest, got.deviation),
+        together=found.unexplained.together(scene) if drawn else None,
     )
 
 

@@ -12,6 +12,7 @@ __all__ = [
     "DeviationSize",
     "HeldToPart",
     "HolderMeets",
+    "LikelySize",
     "PartPlace",
     "PredictSeconds",
     "PredictSummary",
@@ -32,6 +33,20 @@ class DeviationSize(Summary):
     p95_mm: float
     worst_mm: float
     mean_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LikelySize(Summary):
+    """What the error of the surface is likely to be on a machine of which nothing more is known than was found: that of the
+    middle machine, with what 2.5 % (`low`) and 97.5 % (`high`) of the machines stay below.
+    """
+
+    rms_mm: float
+    rms_low_mm: float
+    rms_high_mm: float
+    p95_mm: float
+    p95_low_mm: float
+    p95_high_mm: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,11 +142,13 @@ class PredictSeconds(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictSummary(Summary):
-    """The part as it would come out. band_mm: 95 % of a deviation's doubt lie within it, either way, the middle one of all
-    points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in one direction of what nothing
-    explains. not_met: points left out, as another wall stands there. not_reckoned: causes that were found and this run does not
-    tell. not_judged: what else a real cut has. force: where a force model was given; part: where the set-up has the part's mesh;
-    holder: where it has the holder (none: it meets nothing). meant: the program that says what the part is to be, "" for its own.
+    """The part as it would come out. rms_mm, p95_mm, worst_mm: of what is expected of each point, which is less than what
+    comes out where much is in doubt; likely: with that doubt. band_mm: 95 % of a deviation's doubt lie within it, either
+    way, the middle one of all points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in
+    one direction of what nothing explains. not_met: points left out, as another wall stands there. not_reckoned: causes that
+    were found and this run does not tell. not_judged: what else a real cut has. force: where a force model was given; part:
+    where the set-up has the part's mesh; holder: where it has the holder (none: it meets nothing). meant: the program that
+    says what the part is to be, "" for its own.
     """
 
     program: str
@@ -146,6 +163,7 @@ class PredictSummary(Summary):
     mean_mm: float
     band_mm: float
     band_p95_mm: float
+    likely: LikelySize
     percentiles_mm: Mapping[str, float]
     causes: Mapping[str, float]
     rest_mm: float

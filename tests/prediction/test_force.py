@@ -203,6 +203,33 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
     assert np.linalg.norm(push[rows], axis=1).max() == pytest.approx(70.0, rel=1e-6)
 
 
+def test_what_is_cut_tells_compensate_how_hard_the_tool_is_pushed(program: Path, tmp_path: Path) -> None:
+    """A ball of 3 mm, 0.8 mm deep in a plate, takes a circle's segment; the force is that of its area, however that is stated."""
+    radius, depth = 1.5, 0.8
+    segment = radius**2 * np.arccos((radius - depth) / radius) - (radius - depth) * np.sqrt(
+        2 * radius * depth - depth**2
+    )
+    milling = (
+        "fastest_cut_mm_min = 1500\n[milling]\nteeth = 2\ndiameter_mm = 3\nspindle_rpm = 18000\ntangential_n_mm2 = 2000\n"
+        "radial_n_mm2 = 900\naxial_n_mm2 = 300\nwidth_mm = 3\n"
+    )
+    tool = "[tool]\nacross_um_n = 10\nalong_um_n = 2\n"
+    setup, sizes = ROOT / "toolpaths/engraving/setup.toml", {}
+    for name, more in (("stated", f"depth_mm = {segment / (2 * radius):.4f}\n"), ("removal", "")):
+        force = force_file(tmp_path, milling + more + tool)
+        asked = {"cell": CELL, "force": force, "out": tmp_path / name}
+        if not more:
+            with pytest.raises(InputError, match=r"leaves depth or width to the removal; .* by --setup"):
+                compensate(program, **asked)
+        said = compensate(program, **asked, setup=None if more else setup).summary
+        assert said.machine is not None and said.machine.causes == (CAUSE,)
+        sizes[name] = said.machine.before.rms_mm, said.machine.after.rms_mm / said.machine.before.rms_mm
+    assert sizes["removal"][0] == pytest.approx(sizes["stated"][0], rel=0.1)
+    assert sizes["removal"][1] < 0.5
+    with pytest.raises(InputError, match="is not needed: nothing asks what is cut"):
+        compensate(program, cell=CELL, force=force_file(tmp_path, MEAN), setup=setup, out=tmp_path / "needless")
+
+
 @pytest.mark.slow
 def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, tmp_path: Path) -> None:
     fitted = calibration(tmp_path / "fitted.toml", {"A2.compliance": 3e-6})

@@ -92,6 +92,19 @@ def test_it_is_the_posterior_of_a_gaussian_process_wherever_it_is_asked() -> Non
     assert np.median(got.deviation[30:]) > 2 * np.median(got.deviation[:30])
 
 
+def test_what_is_not_known_goes_together_along_a_run() -> None:
+    field, at, _ = measured()
+    asked = np.concatenate([postures(2, 60, 0.3), np.linspace(*postures(3, 2, 1.5), 60)])
+    parts = field.together(make_scene(run(asked), read_cell(CELL)))
+    x = (asked / np.r_[np.ones(6), 0.5, 1.0])[:, (0, 1, 2, 6)]
+    gain = prior(x, at) @ np.linalg.inv(prior(at, at) + 9e-10 * np.eye(len(at)))
+    whole = prior(x, x) - gain @ prior(at, x)
+    left = whole - parts @ parts.T
+    assert parts.shape[1] < 60 and np.abs(left).max() < 0.011 * (VARIANCE + SAME)
+    assert np.linalg.eigvalsh(left).min() > -1e-5 * VARIANCE  # no more than there is
+    assert np.diag(whole).max() > 0.3 * VARIANCE
+
+
 def test_it_comes_back_from_the_file() -> None:
     field, _, _ = measured()
     again = UnexplainedField.of(UnexplainedSaid.from_json(json.loads(json.dumps(field.said().to_json()))))

@@ -18,6 +18,7 @@ from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.program_track import nearest_on_path
 from camrob.jobs.closing.off_way import OffWay
 from camrob.jobs.closing.run_way import RunWay, arcs_of
+from camrob.jobs.predicting.removal import Removal
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.deflection import CAUSE
@@ -40,7 +41,8 @@ _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a m
 class DiagnosedMachine:
     """A cell and what is wrong with it. constants: of its chain; units: all that a diagnosis claims, None without one; rest: m
     in any one direction that stays unexplained, beside what `units` know of that; name: of the diagnosis; force: what pushes on
-    the tool while it cuts; fastest: m/s, lines and arcs that are programmed faster are moves in air.
+    the tool while it cuts; fastest: m/s, lines and arcs that are programmed faster are moves in air; removal: what a run cuts,
+    for a force that asks for it.
     """
 
     cell: Cell
@@ -50,6 +52,7 @@ class DiagnosedMachine:
     name: str
     force: CuttingForce | None = None
     fastest: float = float("inf")
+    removal: Removal | None = None
 
     def cuts(self, program: ProgramText) -> NDArray[np.bool_]:
         """(M,) the motions that cut, as far as a program tells: lines and arcs that are not too fast."""
@@ -59,10 +62,13 @@ class DiagnosedMachine:
         """Run a program. Raises as `simulate`, and InputError where calibration and diagnosis don't belong together."""
         tooled = program_cell(program, self.cell)[0]
         ran = simulate(program, self.cell, cycle=_CYCLE, progress=progress)
-        path = self.path(ran.log, tooled, program, np.asarray(ran.motion))
-        return MachineRun(self, program, tooled, ran.log, np.asarray(ran.motion), path)
+        area = None if self.removal is None else self.removal(ran.log, tooled)
+        path = self.path(ran.log, tooled, program, np.asarray(ran.motion), area)
+        return MachineRun(self, program, tooled, ran.log, np.asarray(ran.motion), path, area)
 
-    def path(self, log: MeasurementLog, cell: Cell, program: ProgramText, motion: NDArray[np.int64]) -> TruePath:
+    def path(
+        self, log: MeasurementLog, cell: Cell, program: ProgramText, motion: NDArray[np.int64], area: Array | None
+    ) -> TruePath:
         """The machine's path on a run of the virtual controller; the force pushes along lines and arcs that are not too fast, and
         bends what was found to yield: a correction takes off nothing that is only ordinary.
         """
@@ -73,6 +79,7 @@ class DiagnosedMachine:
             self.units,
             rest=self.rest,
             force=self.force,
+            area=area,
             cuts=self.cuts(program)[motion],
             assumed=False,
         )
@@ -82,7 +89,7 @@ class DiagnosedMachine:
 class MachineRun:
     """A run: its set-points a row a cycle, `motion` (N,) the row of the program that each belongs to, and the path.
 
-    cell: with the tool that the program sets.
+    cell: with the tool that the program sets; area: (N,) m2 that is cut across the way to each row, None where nobody asked.
     """
 
     machine: DiagnosedMachine
@@ -91,6 +98,7 @@ class MachineRun:
     log: MeasurementLog
     motion: NDArray[np.int64]
     path: TruePath
+    area: Array | None
 
     @cached_property
     def way(self) -> RunWay:
@@ -161,7 +169,9 @@ class MachineRun:
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
         columns = {**self.log.columns, "t": SLOWLY * np.asarray(self.log.t)}
-        slow = self.machine.path(MeasurementLog(columns, self.log.info), self.cell, self.program, self.motion)
+        slow = self.machine.path(
+            MeasurementLog(columns, self.log.info), self.cell, self.program, self.motion, self.area
+        )
         return twist_of(self.path, causes_of_speed(self.path, slow))
 
 

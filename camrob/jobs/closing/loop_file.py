@@ -46,11 +46,15 @@ class LoopJob:
     experiments: bool
     rehearsal: Rehearsal | None
 
+    @property
+    def set_up(self) -> Path:
+        """The set-up's file, which need not be there where JOB.toml names none."""
+        return self.setup or self.toolpath.parent / "setup.toml"
+
     def made_from(self) -> dict[str, str]:
         """SHA-256 of each file that the first program is made from, by its part in the job. Raises InputError."""
         cell = self.cell if self.cell.is_file() else self.cell / "cell.toml"
-        setup = self.setup or self.toolpath.parent / "setup.toml"
-        named = {"toolpath": self.toolpath, "cell": cell, "setup": setup}
+        named = {"toolpath": self.toolpath, "cell": cell, "setup": self.set_up}
         found = {"method": self.method}
         for part, file in named.items():
             try:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.prediction.against_part import PartError
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
+from camrob.prediction.likely import LikelySizes
 from camrob.prediction.surface import PredictedSurface
 from camrob.prediction.true_path import TruePath
 from camrob.program.program_text import ProgramText
@@ -17,6 +18,7 @@ from camrob.summaries.predict_summary import (
     DeviationSize,
     HeldToPart,
     HolderMeets,
+    LikelySize,
     PartPlace,
     PredictedForce,
     PredictedPlace,
@@ -24,7 +26,7 @@ from camrob.summaries.predict_summary import (
 )
 from camrob.units import m3_to_mm3, m_to_mm, mm_to_m
 
-__all__ = ["causes_of", "force_of", "holder_of", "part_of", "places_of", "regions_of", "size_of"]
+__all__ = ["causes_of", "force_of", "holder_of", "likely_of", "part_of", "places_of", "regions_of", "size_of"]
 
 Array = NDArray[np.float64]
 
@@ -61,6 +63,14 @@ def size_of(deviation: Array) -> DeviationSize:
         p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
         worst_mm=m_to_mm(float(size.max())),
         mean_mm=m_to_mm(float(np.mean(deviation))),
+    )
+
+
+def likely_of(sizes: LikelySizes) -> LikelySize:
+    """What is said of sizes on machines that are drawn."""
+    (rms_low, rms, rms_high), (p95_low, p95, p95_high) = (m_to_mm(v).tolist() for v in sizes)
+    return LikelySize(
+        rms_mm=rms, rms_low_mm=rms_low, rms_high_mm=rms_high, p95_mm=p95, p95_low_mm=p95_low, p95_high_mm=p95_high
     )
 
 

@@ -29,6 +29,7 @@ _TURN = (
     "keys; point at a place for its numbers. What lies beyond the scale has "
     "the colour of its end.</p>"
 )
+_ALIKE = 0.05  # of itself: a range narrower than this is not worth a sentence
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
 
 
@@ -69,7 +70,11 @@ def _verdict(summary: PredictSummary) -> str:
         worst = summary.places[0]
         how = "material is left" if worst.deviation_mm > 0.0 else "cut too deep"
         text += f", {how} by line {worst.line} of the program; its largest cause is {escape(_words(worst.cause))}"
-    return verdict_bar("info", f"95 % of the surface within {number(summary.p95_mm, 3, 'mm')}.", f"{text}.")
+    likely = summary.likely
+    if likely.p95_high_mm - likely.p95_low_mm > _ALIKE * likely.p95_mm:
+        low, high = number(likely.p95_low_mm, 3), number(likely.p95_high_mm, 3, "mm")
+        text = f"Of 100 machines as this may be, 95 lie between {low} and {high}. {text}"
+    return verdict_bar("info", f"95 % of the surface within {number(likely.p95_mm, 3, 'mm')}.", f"{text}.")
 
 
 def _cards(summary: PredictSummary) -> str:
@@ -77,10 +82,10 @@ def _cards(summary: PredictSummary) -> str:
     cards = [
         (
             "Error, rms",
-            number(summary.rms_mm, 3, "mm"),
+            number(summary.likely.rms_mm, 3, "mm"),
             f"mean {number(summary.mean_mm, 3, 'mm')}; above 0: material is left",
         ),
-        ("95 % are within", number(summary.p95_mm, 3, "mm"), f"{summary.points:,} points of the surface"),
+        ("95 % are within", number(summary.likely.p95_mm, 3, "mm"), f"{summary.points:,} points of the surface"),
         (
             "Worst",
             number(summary.worst_mm, 3, "mm"),
@@ -173,7 +178,11 @@ def _lines(meets: HolderMeets) -> str:
 
 def _causes(summary: PredictSummary) -> str:
     rows = [[escape(_words(name)), number(value, 4)] for name, value in summary.causes.items()]
-    left = [["what nothing explains, in any one direction", number(summary.rest_mm, 4)]]
+    left = [
+        ["all of these: what is expected", number(summary.rms_mm, 4)],
+        ["what nothing explains, in any one direction", number(summary.rest_mm, 4)],
+        ["with all that is in doubt: what is likely", number(summary.likely.rms_mm, 4)],
+    ]
     regions = [
         [escape(r.file), f"{r.first_line}–{r.last_line}", number(r.size.rms_mm, 3), number(r.size.p95_mm, 3)]
         for r in summary.regions

@@ -17,8 +17,10 @@ _PLACES, _CAUSES = 3, 4  # the rest stands on the page
 def render_prediction(summary: PredictSummary) -> RenderableType:
     """The size of the error and how sure, what makes it, the worst places; gouges and the holder first where there are any."""
     parts: list[RenderableType] = [shown_text(f"! {line}") for line in _alarms(summary)]
-    size = f"off what was programmed: rms {summary.rms_mm:.3f} mm, 95 % within {summary.p95_mm:.3f}, worst {summary.worst_mm:.3f}"
-    parts.append(Text(f"{size} (± {summary.band_mm:.3f}, 95 % band)"))
+    likely = summary.likely
+    size = f"off what was programmed: rms {likely.rms_mm:.3f} mm, 95 % within {likely.p95_mm:.3f}"
+    between = f"between {likely.p95_low_mm:.3f} and {likely.p95_high_mm:.3f} on 95 of 100 machines as this may be"
+    parts.append(Text(f"{size} ({between}); worst expected {summary.worst_mm:.3f} ± {summary.band_mm:.3f}"))
     if summary.part is not None:
         p, off = summary.part, summary.part.size
         held = (

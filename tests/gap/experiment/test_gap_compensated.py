@@ -242,6 +242,6 @@ def test_a_force_that_only_the_removal_tells_is_refused(tmp_path: Path) -> None:
         "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\ntangential_n_mm2 = 700\nradial_n_mm2 = 250\n"
         "axial_n_mm2 = 100\n"
     )
-    with pytest.raises(InputError, match="leaves depth or width to the removal; give depth_mm and width_mm"):
+    with pytest.raises(InputError, match="leaves depth or width to the removal; give depth_mm and width_mm, or stock"):
         compensate(circles(tmp_path), cell=KR15, force=tmp_path / "force.toml", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
