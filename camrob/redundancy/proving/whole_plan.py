@@ -9,16 +9,17 @@ lowest plane there, as that is concave; a move of d steps becomes one of the two
 what lies on the line between their prices. On average over a the plan on nodes is no dearer than the plan; so it is for some a.
 
 Cells through which no way cheaper than `target` leads are left out, the others halved, level by level: either no plan is
-below the target, or the last level's bound holds. Left out of the price, so that the bound holds for more than there is:
-collisions, limits of axes 1, 4 and 6 and of the roll, margins to limits, the part's error, what the motion of roll and arm costs.
-Re-postures are at safe points; the arm may change its branch anywhere.
+below the target, or the last level's bound holds. Of a level the cells through which the cheapest ways lead are priced first;
+those that there is no time for keep what the cells that they are halves of are known to cost. Left out of the price, so that the
+bound holds for more than there is: collisions, limits of axes 1, 4 and 6 and of the roll, margins to limits, the part's error,
+what the motion of roll and arm costs. Re-postures are at safe points; the arm may change its branch anywhere.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from time import process_time
+from time import monotonic, process_time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +31,11 @@ from camrob.redundancy.clock import Clock
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.objective import MotionPrice, Objective
 from camrob.redundancy.proving.arm_shape import ArmShape, arm_shape
-from camrob.redundancy.proving.bin_prices import corner_prices, planes_of_bins
+from camrob.redundancy.proving.bin_prices import corner_prices
+from camrob.redundancy.proving.bins_in_time import Priced, merged, priced_in_time
 from camrob.redundancy.proving.motion_steps import step_prices
 from camrob.redundancy.proving.relaxed import cheapest_through
-from camrob.redundancy.proving.seen_bins import Bins, bins_of
+from camrob.redundancy.proving.seen_bins import bins_of
 from camrob.redundancy.proving.seen_from_arm import Lattice, seen_of_cells
 from camrob.redundancy.proving.statement import Statement
 
@@ -47,15 +49,14 @@ Told = dict[str, Array | Ints]
 _PRISMATIC, _REVOLUTE = 0.075, 0.4  # m, rad of cells at first
 LEAN = 0.1
 """Sine of the tool's angle against the turning axis from which on it leans."""
-_LEANING = (0.5, 0.25)  # times those cells, where the tool leans
+_LEANING = (1.0, 0.5)  # times those cells, where the tool leans
 _STEPS = 10  # prices of steps that are told apart
 _WIDTH = 1.2  # of bins, in halves of a cell of the finest axis
 _PIECE = 2.0  # half a piece of the roll, in the same
 _FEW = 64  # boxes that a rough piece is worth
 _ROOM = 10_000_000  # cells at most: about 4 GB
 _ROUNDING = 1e-9  # relative, of sums of prices
-_LONGER = 3.0  # times the level before that a level takes, measured: 2.7 to 4
-_AT_ONCE = 200  # bins between two looks at the clock: about a second
+_AT_LEAST = 1.5  # times what a level takes beside its planes that there has to be left for one
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +97,10 @@ def prove_plan(
 ) -> PlanProof:
     """A lower bound of the objective over all plans of a statement's waypoints, m.
 
-    target: no bound above it is looked for. clock: until when; what there is no time for counts for the least that any posture
-    costs, and a level that shows no more than the one before is left out. told: gets what the bound rests on, level by level.
-    progress: called with the share of the present level that is done. Raises CellError for a cell that isn't covered.
+    target: no bound above it is looked for. clock: until when; what there is no time for counts for what is known of wider cells
+    about it, at first for the least that any posture costs, and a level that shows no more than the one before is left out.
+    told: gets what the bound rests on, level by level. progress: called with the share of the present level that is done.
+    Raises CellError for a cell that isn't covered.
     """
     if objective.power < 2.0:  # the price is then not convex in k_F^2, and tangents are not below it
         raise CellError(
@@ -112,26 +114,19 @@ def prove_plan(
     shown, known = np.inf, 0.0
     done: list[Level] = []
     rests: list[Told] = []
+    before: _Before | None = None
     for _level in range(levels):
-        start, begun = process_time(), watch.clock.taken
+        start, begun = process_time(), monotonic()
         lattice = _lattice(shape, count)
         found: Told = {"count": count.copy(), "k": k, "where": where}
-        k, where, corner, bins, planes = _priced(shape, objective, stated, lattice, found, watch)
-        price, through = cheapest_through(
-            count + ~_both(endless),
-            _both(endless),
-            stated.most,
-            np.searchsorted(k, np.arange(len(stated.weight) + 1)),
-            where,
-            corner,
-            stated.weight,
-            np.stack([_steps(stated, lattice, i) for i in range(2)], axis=1),
-            stated.leap,
-        )
+        corner, priced, bins, spent = _priced(shape, objective, stated, lattice, found, watch, before)
+        live = np.asarray(found.pop("live"), np.int64)
+        price, through = _through(stated, lattice, count, endless, k[live], where[live], corner[live])
         bound = min(shown, price * (1.0 - _ROUNDING))
-        rest = through * (1.0 - _ROUNDING) < target
-        found["rest"] = np.flatnonzero(found.pop("live"))[rest]
-        done.append(Level(len(rest), int(rest.sum()), bins, planes, bound, process_time() - start))
+        cheap = through * (1.0 - _ROUNDING) < target
+        rest: Ints = live[cheap]
+        found["rest"] = rest
+        done.append(Level(len(live), len(rest), bins, len(priced.planes), bound, process_time() - start))
         if say is not None:
             say(done[-1])
         rests.append(found)
@@ -139,14 +134,48 @@ def prove_plan(
             told[:] = rests
         known = max(known, bound)
         halves = 2 ** len(endless)
-        if not rest.any() or halves * rest.sum() > _ROOM or watch.late_after(_LONGER * (watch.clock.taken - begun)):
+        beside = (
+            (monotonic() - begun - spent) * halves * len(rest) / len(k)
+        )  # s that the next level takes without its planes
+        if not len(rest) or halves * len(rest) > _ROOM or watch.late_after(_AT_LEAST * beside):
             break
-        if not rest.all():
+        if len(rest) < len(live):
             shown = target
+        own = np.asarray(found["own"], np.int64)[rest]
+        before = _Before(priced, np.repeat(own, halves), np.repeat(through[cheap], halves))
         k = np.repeat(k[rest], halves)
-        where = 2 * np.repeat(where[rest], halves, axis=0) + np.tile(_corners(len(endless)), (int(rest.sum()), 1))
+        where = 2 * np.repeat(where[rest], halves, axis=0) + np.tile(_corners(len(endless)), (len(rest), 1))
         count = np.where(np.arange(2) < len(endless), 2 * count, count)
     return PlanProof(known, tuple(done))
+
+
+@dataclass(frozen=True, slots=True)
+class _Before:
+    """What is known of the cells that a level's cells are parts of: bins; own (M,): the bin of each, -1 for none; through (M,):
+    what the cheapest way through it costs, m.
+    """
+
+    priced: Priced
+    own: Ints
+    through: Array
+
+
+def _through(
+    stated: Statement, lattice: Lattice, count: Ints, endless: NDArray[np.bool_], k: Ints, where: Ints, corner: Array
+) -> tuple[float, Array]:
+    """`cheapest_through` for cells where (M, 2) of waypoints k (M,), in their order, and prices at their corners (M, 4)."""
+    price, through = cheapest_through(
+        count + ~_both(endless),
+        _both(endless),
+        stated.most,
+        np.searchsorted(k, np.arange(len(stated.weight) + 1)),
+        where,
+        np.ascontiguousarray(corner),
+        stated.weight,
+        np.stack([_steps(stated, lattice, i) for i in range(2)], axis=1),
+        stated.leap,
+    )
+    return float(price), through
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,11 +204,17 @@ def leaning(cell: Cell, axis: Array) -> NDArray[np.bool_]:
 
 
 def _priced(
-    shape: ArmShape, objective: Objective, stated: Statement, lattice: Lattice, found: Told, watch: _Watch
-) -> tuple[Ints, Ints, Array, int, int]:
-    """Of the cells `found` those that may be cheaper than the most, with the prices at their corners (M, 4); bins and planes.
+    shape: ArmShape,
+    objective: Objective,
+    stated: Statement,
+    lattice: Lattice,
+    found: Told,
+    watch: _Watch,
+    before: _Before | None,
+) -> tuple[Array, Priced, int, float]:
+    """Prices (M, 4) at the corners of the cells `found`; their bins; how many of these were worked out, and the seconds for that.
 
-    found <- each cell's bin (-1: too near axis 1), bins, planes, and which cells are live.
+    found <- each cell's bin (-1: too near axis 1), bins, planes, and which cells are live: may be cheaper than the most.
     """
     k, where, most = np.asarray(found["k"], np.int64), np.asarray(found["where"], np.int64), stated.most
     seen = seen_of_cells(shape, stated.tip, stated.axis, lattice, k, where)
@@ -188,48 +223,31 @@ def _priced(
     fine = float(lattice.half[lattice.half > _ROUNDING].min()) if np.any(lattice.half > _ROUNDING) else 0.01
     some = np.flatnonzero(~near)
     bins = bins_of(seen[some], _WIDTH * fine)
-    dearest = np.zeros(len(bins.frame))
+    dearest, first = np.zeros(len(bins.frame)), np.full(len(bins.frame), np.inf)
     np.maximum.at(dearest, bins.own, most[k[some]])
     cap = objective.threshold * (objective.conditioning / dearest) ** (1.0 / objective.power) * (1.0 - 1e-12)
-    first = np.full(len(bins.frame), len(stated.weight))
-    np.minimum.at(first, bins.own, k[some])
-    offset, planes = _planes_in_time(shape, objective, bins, cap, np.argsort(first, kind="stable"), fine, watch)
-    corner[some] = corner_prices(
-        seen[some], bins.own, bins.frame, bins.box, offset, objective.conditioning * planes, most[k[some]]
+    np.minimum.at(first, bins.own, k[some] if before is None else before.through[some])
+    begun = monotonic()
+    new, told = priced_in_time(
+        shape, objective, bins, cap, np.argsort(first, kind="stable"), (_PIECE * fine, _FEW), watch.done
     )
-    live = corner.min(axis=1) < most[k]
+    spent = monotonic() - begun
+    priced, own_some = (
+        (new, bins.own) if before is None else merged(seen[some], bins.own, new, told, before.priced, before.own[some])
+    )
+    corner[some] = corner_prices(
+        seen[some],
+        own_some,
+        priced.frame,
+        priced.box,
+        priced.offset,
+        objective.conditioning * priced.planes,
+        most[k[some]],
+    )
     own = np.full(len(k), -1)
-    own[some] = bins.own
-    found |= {
-        "own": own,
-        "frame": bins.frame,
-        "box": bins.box,
-        "cap": cap,
-        "offset": offset,
-        "planes": planes,
-        "live": live,
-    }
-    return k[live], where[live], np.ascontiguousarray(corner[live]), len(bins.frame), len(planes)
-
-
-def _planes_in_time(
-    shape: ArmShape, objective: Objective, bins: Bins, cap: Array, order: Ints, fine: float, watch: _Watch
-) -> tuple[Ints, Array]:
-    """offset (B + 1,) and planes (P, 5) of bins, worked out in an order (B,) as long as there is time; the others get one level
-    plane each, at the least that any posture costs.
-    """
-    least = np.array([[objective.threshold**objective.power, 0.0, 0.0, 0.0, 0.0]])
-    found: list[Array] = [least] * len(order)
-    for begin in range(0, len(order), _AT_ONCE):
-        if watch.done(begin / len(order)):
-            break
-        now = order[begin : begin + _AT_ONCE]
-        offset, planes = planes_of_bins(
-            shape, objective.power, objective.threshold, bins.frame[now], bins.box[now], cap[now], _PIECE * fine, _FEW
-        )
-        for i, b in enumerate(now):
-            found[b] = planes[offset[i] : offset[i + 1]]
-    return np.cumsum([0, *(len(p) for p in found)]), np.concatenate([*found, least[:0]])
+    own[some] = own_some
+    found |= {"own": own, "live": np.flatnonzero(corner.min(axis=1) < most[k]), **priced._asdict()}
+    return corner, priced, int(told.sum()), spent
 
 
 def _first_lattice(shape: ArmShape, u_endless: NDArray[np.bool_], axis: Array) -> tuple[Ints, NDArray[np.bool_]]:

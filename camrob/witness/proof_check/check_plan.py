@@ -203,13 +203,14 @@ def _piece(
     _check_statement(m, state)
     bound, levels = np.inf, int(data[own + "levels"])
     kept: tuple[Ints, Ints] | None = None
-    before = np.zeros(2)
+    before, proved = np.zeros(2), set[bytes]()
     for n in range(levels):
         level = {x: data[f"{own}{x}{n}"] for x in _LEVEL}
         count, k, where = level["count"], level["k"], level["where"]
         _check_cells(m, state, level, kept, before)
         step = (state["high"] - state["low"]) / count
-        boxes = prove_bins(m, level, state["power"], state["threshold"], lambda: _demand_time(late))
+        new = _not_among(proved, level)
+        boxes = prove_bins(m, new, state["power"], state["threshold"], lambda: _demand_time(late))
         corner = _corner_prices(m, state, level, state["low"], step, late)
         nodes = tuple((count + ~state["endless"]).tolist())
         total, through = _cheapest(state, nodes, k, where, corner, _step_prices(state, step), late)
@@ -223,6 +224,21 @@ def _piece(
     if not np.isfinite(bound):
         raise ValueError("a piece without levels")
     return float(bound) * (1.0 - PAD)
+
+
+def _not_among(proved: set[bytes], level: Level) -> Level:
+    """The bins of a level that the levels before, `proved`, didn't have, to which they are added."""
+    offset, rows = level["offset"], [level[name] for name in ("frame", "box", "cap")]
+    new = list[int]()
+    for b in range(len(level["box"])):
+        key = b"".join([*(row[b].tobytes() for row in rows), level["planes"][offset[b] : offset[b + 1]].tobytes()])
+        if key not in proved:
+            proved.add(key)
+            new.append(b)
+    count = np.diff(offset)[new]
+    planes = np.concatenate([np.arange(offset[b], offset[b + 1]) for b in new] or [np.zeros(0, np.int64)])
+    own = {name: level[name][new] for name in ("frame", "box", "cap")}
+    return own | {"offset": np.append(0, np.cumsum(count)), "planes": level["planes"][planes]}
 
 
 def _check_statement(m: Machine, state: State) -> None:

@@ -19,6 +19,7 @@ sys.path[:0] = [str(ROOT / "tests" / "bench"), str(ROOT / "tests" / "redundancy"
 
 from test_plan_proof import poses, short_path  # noqa: E402
 
+from camrob.redundancy.proving import bins_in_time  # noqa: E402
 from camrob.redundancy.proving.plan_certificate import write_certificate  # noqa: E402
 from camrob.redundancy.proving.statement import statement_of  # noqa: E402
 from camrob.redundancy.proving.whole_plan import prove_plan  # noqa: E402
@@ -106,6 +107,40 @@ def test_a_certificate_is_proved_again_and_one_that_claims_too_much_is_not(tmp_p
     box = data["0.box0"].copy()
     box[:, 1, 3] *= 0.5
     refused("leaves its bin", box0=box)
+
+
+class Looks:
+    """A clock whose time is over at a number of looks."""
+
+    def __init__(self, most):
+        self.most, self.count, self.taken = most, 0, 0.0
+
+    @property
+    def up(self):
+        self.count += 1
+        return self.count > self.most
+
+    @property
+    def left(self):
+        return 1e9 if self.count <= self.most else 0.0
+
+
+def test_a_level_that_there_is_no_time_for_keeps_what_the_one_before_says_and_is_proved_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(bins_in_time, "_AT_ONCE", 2)
+    w = waypoints(short_path(), 0.02)
+    objective = Objective.of(CELL, SPACE, plan_weights(CELL))
+    stated, all_looks = statement_of(SPACE, objective, w, np.full(len(w), 0.8)), Looks(10**9)
+    whole = prove_plan(CELL, objective, stated, 10.0, levels=2, clock=all_looks)
+    first = whole.levels[0].bound
+    bounds = []
+    for share in (0.5, 0.9):
+        told, bins = [], whole.levels[0].bins
+        looks = -(-bins // 4) + int(share * (all_looks.count - -(-bins // 4)))
+        proof = prove_plan(CELL, objective, stated, 10.0, levels=2, clock=Looks(looks), told=told)
+        write_certificate(tmp_path / "part.npz", CELL, objective, [(stated, told)])
+        assert 0.9 * proof.bound < checker.check(tmp_path / "part.npz", TOML) <= proof.bound
+        bounds.append(proof.bound)
+    assert first <= bounds[0] <= bounds[1] * (1.0 + 1e-9) <= whole.bound * (1.0 + 1e-9)
 
 
 def test_a_frame_and_a_row_by_hand():
