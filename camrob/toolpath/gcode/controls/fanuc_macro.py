@@ -46,6 +46,7 @@ _MODAL = {
 }
 _HARMLESS = (range(3001, 3006), range(3100, 3200))  # timers, single block and feed hold, what a screen shows
 _ALARM, _STOP = 3000, 3006
+_OF_LINUXCNC = range(34, 5001)  # the program's own there ("Parameters"), as far as Fanuc's macros have other variables
 # G65's letters by Fanuc's first list; those that are no length count as they are written, the others need their point
 _ARGUMENTS = dict(zip("ABCDEFHIJKMQRSTUVWXYZ", (1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, *range(17, 27)), strict=True))
 _COUNTS = frozenset("DHMST")
@@ -174,7 +175,7 @@ class _Macro:
             self._commons[number] = value
         elif not any(number in harmless for harmless in _HARMLESS):
             raise ToolpathError(
-                f"#{number} is set, a system variable: it may move an origin or an offset of the machine",
+                f"#{number} is set, {_whose(number)}: it may move an origin or an offset of the machine",
                 hint="take the assignment out where it means nothing for the path",
             )
         if line.comment:
@@ -380,7 +381,14 @@ class _Macro:
         known = self._state(_MODAL[number]) if number in _MODAL else None
         if known is None:
             raise ToolpathError(
-                f"#{number} is read, a system variable: what it holds is the machine's state",
+                f"#{number} is read, {_whose(number)}: what it holds is the machine's state",
                 hint="have the path written out as plain blocks",
             )
         return known
+
+
+def _whose(number: int) -> str:
+    """What a variable is that is none of the program's own; LinuxCNC's programs are known by their O words alone."""
+    if number not in _OF_LINUXCNC:
+        return "a system variable"
+    return "a system variable of Fanuc's macros (a program of LinuxCNC's, where it is free, is known by its O words)"
