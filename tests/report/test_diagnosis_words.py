@@ -257,6 +257,14 @@ def test_nothing_is_touched_for_a_cause_that_may_be_another() -> None:
     assert to_do(summary([sure], unknown={"probability": 0.01}))[0] == ("payload (0.300 mm)", "mend payload")
 
 
+def test_a_cause_that_another_may_be_is_not_mended_either_unless_it_is_surer() -> None:
+    doubtful = _found("payload", 0.3, probability=0.6, indistinguishable_from=["lean"])
+    for probability, held_back in ((0.6, True), (0.97, False)):
+        other = _found("lean", 0.2, probability=probability, indistinguishable_from=[])
+        steps = to_do(summary([doubtful, other], unknown={"probability": 0.01}))
+        assert ("mend lean" not in dict(steps).values()) == held_back, probability
+
+
 def test_one_run_is_named_for_a_cause_in_doubt_and_one_for_what_is_unexplained() -> None:
     """A reader was told two experiments for one doubt, and sent to one of them for what it says nothing about."""
     twin = _found("payload", 0.3, probability=0.7, indistinguishable_from=["lean"])

@@ -46,7 +46,7 @@ EFFECT = Effect(
     experiment="run the same program in air: what force causes is gone",
     remedy=(
         "take less off a pass, or post with postures that are stiff under this force (camrob post --method planned "
-        "--for-accuracy)"
+        "--for-accuracy); where it gives way far more than its like, look at the spindle's mount and bearing first"
     ),
     units=_units,
     columns=_columns,

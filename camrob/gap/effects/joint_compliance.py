@@ -96,8 +96,8 @@ EFFECT = Effect(
     regimes=("load", "position"),
     experiment="run the same path with another payload: compliance changes with it, zeros and geometry don't",
     remedy=(
-        "nothing to adjust: every arm gives way under its weight; it is corrected in the program, and an axis far "
-        "softer than its like has a gear or bearing to be looked at"
+        "nothing to adjust: every arm gives way under its weight, and it is corrected in the program; where an axis is far "
+        "softer than its like, weigh the tool and check the load data before its gear or bearing is looked at"
     ),
     units=_units,
     columns=_columns,

@@ -46,6 +46,7 @@ def effects_found(
             # not in the best set: judged by what it would be on top of it
             own = frozenset(i for i, u in enumerate(model.units) if u.effect == effect.name)
         rest = model.best.members | own
+        axes = _axes(model, own)
         joint = shrinkage(model, trial, rest, own)
         alone = shrinkage(model, trial, own)
         last = shrinkage(model, trial, rest, rest - own)
@@ -63,7 +64,7 @@ def effects_found(
         entries.append(
             EffectFound(
                 effect=effect.name,
-                axes=_axes(model, own),
+                axes=axes,
                 probability=p,
                 parameters=_parameters(model, own),
                 **figures(joint).to_json(),
@@ -80,7 +81,9 @@ def effects_found(
                 regimes=tuple(effect.regimes),
                 unusual=seldom.get(effect.name, ""),
                 remedy=effect.remedy,
-                isolated_by=effect.experiment,
+                isolated_by=effect.experiment.replace(
+                    "the axis alone", f"{axes[0]} alone" if axes else "the axis alone"
+                ),
                 of_machine=effect.of_machine,
                 physics=effect.physics,
             )

@@ -25,7 +25,7 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     if summary.status == "no gap":
         return []
     claimed = sorted(summary.claimed, key=lambda e: -e.moves_mm)
-    alike = [e for e in claimed if e.like_others]
+    alike = [e for e in claimed if e.like_others or _no_surer_than_its_like(e, claimed)]
     steps = [
         (_about(e), f"{e.remedy or 'what to do is not said in its description'}{_to_enter(e)}")
         for e in claimed
@@ -42,6 +42,12 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     if any(e.of_machine and not only_first(e) for e in claimed):
         steps.append(("in the program", _in_program(summary)))
     return [(printable(what), printable(text)) for what, text in steps]
+
+
+def _no_surer_than_its_like(entry: EffectFound, claimed: Sequence[EffectFound]) -> bool:
+    """Whether a claim that is no surer may be this one as well: what can't be told apart can't be told from either side."""
+    rivals = (o for o in claimed if o.like_others and entry.effect in o.indistinguishable_from)
+    return any(entry.probability <= o.probability for o in rivals)
 
 
 def _about(entry: EffectFound) -> str:
