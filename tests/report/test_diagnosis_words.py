@@ -344,3 +344,22 @@ def test_of_the_axes_what_is_blamed_stands_first_and_all_others_are_pale() -> No
     (bars,) = chart["traces"]
     assert [x.split("<br>")[0] for x in bars["x"]] == ["A2", "A1"]
     assert bars["marker"]["color"][0].startswith("#") and bars["marker"]["color"][1].startswith("rgba")
+
+
+@pytest.mark.parametrize(
+    ("nothing", "probability", "words"),
+    [
+        (0.1, 0.4, "no cause is sure enough to be named; the likeliest is payload (40 % sure)"),
+        (0.6, 0.3, "nothing in the library explains it"),
+        (0.1, 0.05, "nothing in the library explains it"),
+    ],
+)
+def test_that_nothing_explains_a_gap_is_said_only_where_nothing_is_likely(
+    nothing: float, probability: float, words: str
+) -> None:
+    left = [{"effects": [], "probability": nothing}, {"effects": ["payload"], "probability": 1.0 - nothing}]
+    found = _found("payload", 0.3, probability=probability)
+    said = sentence(
+        summary([found], status="unexplained", alternatives=left, unknown={"probability": 0.9, "rms_mm": 0.2})
+    )
+    assert words in said

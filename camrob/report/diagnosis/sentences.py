@@ -43,6 +43,7 @@ _MAIN = ("tau_s", "delay_s", "cdis_mm")  # the value that tells such an effect's
 _ODD = 0.2  # of what all axes share, by which one has to differ to be named
 _MOST_VALUES = 3  # axes of an effect that the sentence gives values of
 _RIVAL = 0.1  # probability from which a cause is named among several that none is claimed of
+_NOTHING = 0.5  # probability that no effect of the library is at work, from which none of them is worth a word
 _FROM = "from "  # how what it follows begins where it is a moment
 _CONSTANT = "constant"  # what the unexplained is said to follow where it follows nothing
 _WITH = "compensate --diagnosis corrects what of it comes back from run to run"
@@ -98,11 +99,21 @@ def sentence(summary: DiagnosisSummary) -> str:
         each = [f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in rivals]
         text += f", and several causes would explain it equally well, so none is claimed: {_listed(each)}."
     else:
-        text += f", and nothing in the library explains it{_best_single(summary)}."
+        text += f", and {_none_sure(summary)}{_best_single(summary)}."
     for e in first:
         sizes = f"{mm(e.rms_before_mm)} to {mm(e.rms_after_mm)}"
         text += f" Between program and set-point: {_named(e)}; adding it takes {sizes}."
     return printable(text + _unknown_words(summary, claimed=bool(claimed)))
+
+
+def _none_sure(summary: DiagnosisSummary) -> str:
+    """That nothing is claimed: because the library has nothing for it, or because several of its causes may be it."""
+    likely = [e for e in summary.effects if e.probability >= _RIVAL and not only_first(e) and not e.implausible]
+    nothing = sum(a.probability for a in summary.alternatives if not a.effects)
+    if not likely or nothing >= _NOTHING:
+        return "nothing in the library explains it"
+    each = [f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in likely]
+    return f"no cause is sure enough to be named; {'the likeliest is' if len(each) == 1 else 'likeliest are'} {_listed(each)}"
 
 
 def _no_gap(summary: DiagnosisSummary) -> str:
