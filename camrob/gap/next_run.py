@@ -21,6 +21,7 @@ from camrob.units import mm_to_m
 __all__ = ["NextRun", "next_run", "without_motions"]
 
 _ARM = 6  # axes of an arm whose motions can be followed
+_FORCE = "force"  # the regime of what follows the force on the tool
 _WORTH = 0.02  # probability below which no name is worth an experiment
 
 
@@ -40,14 +41,15 @@ class NextRun:
 def next_run(model: Model, verdict: Verdict, library: Sequence[Effect]) -> NextRun:
     """What to run next after a verdict on a model."""
     stays, likely = verdict.unknown, verdict.unknown.probability >= 0.5
-    axes = suspects(model, stays)
+    by_force = stays.where.regimes[:1] == (_FORCE,)  # no run of an axis by itself has a cutting force in it
+    axes = () if by_force else suspects(model, stays)
     for_unknown = ""
     if likely:
         shares = axes_of(verdict.panels)
         order = sorted(shares, key=lambda a: -shares[a].value)
         for_unknown = run_for_unknown(stays, axes, order, max(model.scenes, key=len))
     doubt = _doubt(verdict)
-    planned = _planned(model, verdict, axes, for_unknown, doubt)
+    planned = None if by_force and not verdict.claimed else _planned(model, verdict, axes, for_unknown, doubt)
     if planned is not None:
         return NextRun(planned.text, planned.about, for_unknown, planned.motions, planned.figures)
     rivals = {} if verdict.status == "no gap" else {e.effect: e.probability for e in verdict.effects}
