@@ -46,7 +46,6 @@ def effects_found(
             # not in the best set: judged by what it would be on top of it
             own = frozenset(i for i, u in enumerate(model.units) if u.effect == effect.name)
         rest = model.best.members | own
-        axes = _axes(model, own)
         joint = shrinkage(model, trial, rest, own)
         alone = shrinkage(model, trial, own)
         last = shrinkage(model, trial, rest, rest - own)
@@ -64,7 +63,7 @@ def effects_found(
         entries.append(
             EffectFound(
                 effect=effect.name,
-                axes=axes,
+                axes=(axes := _axes(model, own)),
                 probability=p,
                 parameters=_parameters(model, own),
                 **figures(joint).to_json(),
@@ -81,14 +80,17 @@ def effects_found(
                 regimes=tuple(effect.regimes),
                 unusual=seldom.get(effect.name, ""),
                 remedy=effect.remedy,
-                isolated_by=effect.experiment.replace(
-                    "the axis alone", f"{axes[0]} alone" if axes else "the axis alone"
-                ),
+                isolated_by=_of_axis(effect.experiment, axes),
                 of_machine=effect.of_machine,
                 physics=effect.physics,
             )
         )
     return tuple(sorted(entries, key=lambda e: (-e.probability, -e.shrink)))
+
+
+def _of_axis(experiment: str, axes: Sequence[str]) -> str:
+    """What isolates an effect, with the axis that it moves most named where one axis is moved alone."""
+    return experiment.replace("the axis alone", f"{axes[0]} alone") if axes else experiment
 
 
 def _axes(model: Model, own: Set) -> tuple[str, ...]:
