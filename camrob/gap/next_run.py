@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from camrob.cell.joint import Role
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model
-from camrob.gap.evidence.unknown import UNKNOWN
+from camrob.gap.evidence.unknown import FORCE, UNKNOWN
 from camrob.gap.experiment.experiment import Doubt, Experiment, named, plan_experiment
 from camrob.gap.experiment.isolating import looks_like, run_for_unknown
 from camrob.gap.experiment.motions import TrialMotion
@@ -21,7 +21,6 @@ from camrob.units import mm_to_m
 __all__ = ["NextRun", "next_run", "without_motions"]
 
 _ARM = 6  # axes of an arm whose motions can be followed
-_FORCE = "force"  # the regime of what follows the force on the tool
 _WORTH = 0.02  # probability below which no name is worth an experiment
 
 
@@ -41,7 +40,7 @@ class NextRun:
 def next_run(model: Model, verdict: Verdict, library: Sequence[Effect]) -> NextRun:
     """What to run next after a verdict on a model."""
     stays, likely = verdict.unknown, verdict.unknown.probability >= 0.5
-    by_force = stays.where.regimes[:1] == (_FORCE,)  # no run of an axis by itself has a cutting force in it
+    by_force = stays.where.regimes[:1] == (FORCE,)  # no run of an axis by itself has a cutting force in it
     axes = () if by_force else suspects(model, stays)
     for_unknown = ""
     if likely:

@@ -38,9 +38,8 @@ Array = NDArray[np.float64]
 _HEATS = (200.0, 50.0)  # rows that may count as one: few causes first, then more
 _HOPELESS = 0.9  # of the energy that the first account leaves: few causes that leave more make no rival
 _ROOM = 1.4  # times the noise, that the first account leaves at the least where a rival is asked
-_LEAST = (
-    0.5  # of the energy that the first leaves, that the rival may leave at the most; and so of what is claimed by each
-)
+# of the energy that the first leaves, that the rival may leave at the most; and so of what is claimed by each
+_LEAST = 0.5
 _ERRORS = 3.0  # standard errors among neighbourhoods, by which it has to be less
 _AS_GOOD = 1.25  # times the least energy of all rivals: of these the one with the fewest causes
 
@@ -83,11 +82,12 @@ def rival_account(model: Model, trial: Trial) -> Model | None:
     first = _left(model, trial)
     if len(first.energy) < 2 or first.rms < _ROOM * model.noise:
         return None
-    rivals = []
+    rivals: list[tuple[Model, _Left]] = []
     for rival in _rivals(model):
-        rivals.append((rival, _left(rival, trial)))
-        if rivals[0][1].energy.sum() > _HOPELESS * first.energy.sum():
+        left = _left(rival, trial)
+        if not rivals and left.energy.sum() > _HOPELESS * first.energy.sum():
             return None
+        rivals.append((rival, left))
     least = min(float(left.energy.sum()) for _, left in rivals)
     members = next(r.best.members for r, left in rivals if left.energy.sum() <= _AS_GOOD * least)
     # of one set the last, whose rows weigh most nearly what it leaves
@@ -108,7 +108,8 @@ def _rivals(model: Model) -> Iterator[Model]:
     """Comparisons without a field, each with more causes than the one before; values are fitted at the temperature that the rest
     has.
     """
-    free, starts = replace(model.evidence, sizes=no_sizes()), tuple[frozenset[int], ...]()
+    free = replace(model.evidence, sizes=no_sizes())
+    starts: tuple[frozenset[int], ...] = ()
     nothing = np.zeros((len(model.basis.part), 6))
     for heat in _HEATS:
         evidence = replace(free, temperature=heat)

@@ -96,8 +96,7 @@ def sentence(summary: DiagnosisSummary) -> str:
         text += "."
     elif summary.status == "explained":
         rivals = [e for e in summary.effects if e.probability >= _RIVAL]
-        each = [f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in rivals]
-        text += f", and several causes would explain it equally well, so none is claimed: {_listed(each)}."
+        text += f", and several causes would explain it equally well, so none is claimed: {_with_chances(rivals)}."
     else:
         text += f", and {_none_sure(summary)}{_best_single(summary)}."
     for e in first:
@@ -112,8 +111,13 @@ def _none_sure(summary: DiagnosisSummary) -> str:
     nothing = sum(a.probability for a in summary.alternatives if not a.effects)
     if not likely or nothing >= _NOTHING:
         return "nothing in the library explains it"
-    each = [f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in likely]
-    return f"no cause is sure enough to be named; {'the likeliest is' if len(each) == 1 else 'likeliest are'} {_listed(each)}"
+    first = "the likeliest is" if len(likely) == 1 else "likeliest are"
+    return f"no cause is sure enough to be named; {first} {_with_chances(likely)}"
+
+
+def _with_chances(effects: Sequence[EffectFound]) -> str:
+    """Causes, each with how sure it is."""
+    return _listed([f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in effects])
 
 
 def _no_gap(summary: DiagnosisSummary) -> str:
