@@ -13,7 +13,7 @@ from camrob.cell.joint import Role
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.kernels import ChainArrays, forward_many, inverse_kf_many
 
-__all__ = ["revise_posture"]
+__all__ = ["GAIN", "revise_posture"]
 
 Array = NDArray[np.float64]
 
@@ -21,10 +21,10 @@ REVOLUTE_STEP = 0.0175  # rad (1 degree) between the postures that are checked
 PRISMATIC_STEP = 0.01  # m
 REVOLUTE_SPAN = np.pi
 PRISMATIC_SPAN = 3.0  # m: longer tracks are not searched from end to end for one posture
+GAIN = 0.005  # of 1/k_F below which a move isn't worth it
 MARGIN = 0.0873  # rad (5 degrees) that the arm's joints keep from their limits
 PRISMATIC_MARGIN = 0.02  # m
 _JUMP = 0.35  # rad that a joint may move between two checked postures
-_GAIN = 0.005  # of 1/k_F below which a move isn't worth it
 
 
 def revise_posture(cell: Cell, chain: ChainArrays, arm: Arm, q: Array) -> Array:
@@ -49,7 +49,7 @@ def _along(cell: Cell, chain: ChainArrays, arm: Arm, q: Array, index: int) -> Ar
     margin = PRISMATIC_MARGIN if prismatic else MARGIN
     part = cell.arm_slice
     base_T_tool = forward_many(chain, q[None])[0]
-    best_value, best = float(inverse_kf_many(chain, q[None])[0]) + _GAIN, None
+    best_value, best = float(inverse_kf_many(chain, q[None])[0]) + GAIN, None
     for direction in (1.0, -1.0):
         values = q[index] + direction * step * np.arange(1, int(span / step) + 1)
         values = values[(values >= cell.q_lower[index] + margin) & (values <= cell.q_upper[index] - margin)]

@@ -24,7 +24,7 @@ from camrob.redundancy.free_frames import refine, rotation_minimising
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
 from camrob.redundancy.published.kept_and_moved import kept_revisions, moved_in_holes
 from camrob.redundancy.published.own_limits import held_joints, own_limits
-from camrob.redundancy.published.revision import revise_posture
+from camrob.redundancy.published.revision import GAIN, revise_posture
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
 from camrob.se3 import pose
@@ -52,9 +52,10 @@ def resolve_vjm(
     """Postures along a path by the published method (eq. 12, 15 to 20; section 3.2), starting at HOME.
 
     `weighting` stands in for the cell's engines, `revise` False leaves the posture alone between regions (for comparison). A
-    revision is kept only if the region, tried to its end both ways, does not have a lower minimum of 1/k_F with it. After a
-    revision the external axes are held where it left them: the reference posture is the arm's. further: by joint, rad and m that
-    it keeps from its limits, where it passed them between two points.
+    revision is kept only if the region, tried to its end both ways, does not have a lower minimum of 1/k_F with it, and gains
+    something (`revision.GAIN`) in that or in the mean. After a revision the external axes are held where it left them: the
+    reference posture is the arm's. further: by joint, rad and m that it keeps from its limits, where it passed them between two
+    points.
     Raises UnreachableError, LimitError or SingularError with line, region, axis and distance.
     """
     q, inv_kf, revisions = postures_along(
@@ -160,14 +161,14 @@ def _work(
             revision = replace(none, reason="the posture is the best within reach of the external axes")
         else:
             revised, revised_reference = _revised(follower, moves, reference, way) if other is None else other.result()
-            if revised.failure is None and (plain.failure is not None or _least(revised) >= _least(plain)):
+            if revised.failure is None and (plain.failure is not None or _worth_it(revised, plain)):
                 after = float(revised.inv_kf[first]) if first == 0 else float(follower.inv_kf(moves[-1]))
                 chosen, reference = revised, revised_reference
                 travel = replace(travel, q=np.vstack([travel.q[:-1], moves[-1]]), inv_kf=np.append(
                     travel.inv_kf[:-1], follower.inv_kf(moves[-1])))  # fmt: skip
                 revision = Revision(block.region, block.at, moves, True, before, after)
             else:
-                revision = replace(none, reason="the region's lowest 1/k_F would fall")
+                revision = replace(none, reason="1/k_F along the region would fall at its lowest, or hardly rise")
     if chosen.failure is not None and path.safe[block.at]:
         chosen, reference, travel, revision = _other_turns(follower, block, travel, reference, chosen, revision)
     if chosen.failure is not None:
@@ -212,8 +213,13 @@ def _other_turns(
     return failed, reference, travel, revision
 
 
-def _least(attempt: Attempt) -> float:
-    return float(np.min(attempt.inv_kf, initial=np.inf))
+def _worth_it(revised: Attempt, plain: Attempt) -> bool:
+    """Whether a region, done whole both ways, gains by a revision: 1/k_F no lower at its lowest, higher there or in the mean."""
+    if not len(plain.inv_kf):
+        return True
+    least = float(revised.inv_kf.min() - plain.inv_kf.min())
+    mean = float(revised.inv_kf.mean() - plain.inv_kf.mean())
+    return least >= 0.0 and max(least, mean) >= GAIN
 
 
 @kernel(nogil=True)
@@ -371,14 +377,18 @@ class PathFollower:
         """(M, n) how far self-motion may take each joint at each refined point.
 
         What its speed allows in the time of the move, and in proportion to the tool's own motion, so that the posture
-        glides where its equilibrium folds over to another; without bound at safe points and on the way from HOME.
+        glides where its equilibrium folds over to another; at safe points, where it may, by what is left of its speed in the
+        whole way there; without bound on the way from HOME.
         """
         feed = np.where(np.isfinite(self.path.feed[start:stop]), self.path.feed[start:stop], AIR_SPEED)
         slides = np.array([j.prismatic for j in self.cell.joints])
         limits = np.empty((len(points) - 1, len(self.cell)))
         _self_motion_bounds(points, axes, feed, where, slides, self.cell.condition_length, self._speed, limits)
-        free = np.where(self.path.safe[start:stop])[0]
-        limits[where[free]] = np.inf
+        way = np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()[where]
+        time = np.diff(way, prepend=0.0) / feed
+        free = self.path.safe[start:stop]
+        room = (1.0 - SPEED_SHARE) * time[free, None] * self._speed
+        limits[where[free]] = np.maximum(limits[where[free]], room)
         if start == 0:
             limits[:] = np.inf  # the way from HOME is travelled by PTP
         return np.asarray(limits)
