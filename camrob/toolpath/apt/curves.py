@@ -58,8 +58,7 @@ def arc_of(m: Machine, s: Statement) -> Curve:
         axis = -axis
     radius = v[6] * m.scale if len(v) > 6 else 0.0
     m.curve_line = s.line
-    if m.dialect.left_handed_arcs is None:
-        _check_sense(m, center, axis, s.line)
+    _check_sense(m, center, axis, s.line)
     return lambda end, tool, line: arc_to(m, end, center, axis, turns, tool, line, radius)
 
 
@@ -78,19 +77,27 @@ def _start(m: Machine, line: int) -> NDArray[np.float64]:
 
 
 def _check_sense(m: Machine, center: NDArray[np.float64], axis: NDArray[np.float64], line: int) -> None:
-    """Raises ToolpathError where an arc whose sense is assumed turns straight back, which the other sense would not."""
+    """An arc that turns straight back, which the other sense would not: a warning; ToolpathError where the sense is assumed."""
     way = m.builder.last_way
     if way is None or m.position is None or m.builder.last_move != Move.CUT or m.rapid:
         return
     leaves = np.cross(axis, m.position - center)
     size = float(np.linalg.norm(way) * np.linalg.norm(leaves))
-    if size > 0.0 and float(way @ leaves) < -_STRAIGHT_BACK * size:
+    if not size > 0.0 or float(way @ leaves) >= -_STRAIGHT_BACK * size:
+        return
+    if m.dialect.left_handed_arcs is None:
         raise ToolpathError(
             "CIRCLE about its axis would turn straight back where it begins, and the other way round go on smoothly: "
             "the file does not say whose it is",
             hint="name its dialect (nx-clsf and makino-cldata mean the axis the other way), or output points",
             line=line,
         )
+    hand = "clockwise" if m.dialect.left_handed_arcs else "counter-clockwise"
+    text = (
+        f"CIRCLE turns straight back where it begins, and the other way round it would go on smoothly: {m.dialect.name} means it "
+        f"{hand} about the axis that it prints; look at this arc before it is cut"
+    )
+    m.find("arc-turns-back", text, line)
 
 
 def arc_to(

@@ -270,6 +270,15 @@ def test_an_arc_of_no_known_system_that_would_turn_straight_back_is_refused(sens
         read(text, "apt")
 
 
+@pytest.mark.parametrize("sense", [-1, 1])
+def test_an_arc_of_a_known_system_that_turns_straight_back_is_cut_as_the_system_means_it_and_said(sense: int) -> None:
+    """NX's axis points against the turn: with +Z a corner's quarter becomes three quarters through the part."""
+    t = nx(f"FEDRAT/MMPM,9\nGOTO/0,0,0\nGOTO/10,0,0\nCIRCLE/10,5,0,0,0,{sense},5,0.06,0.5,20,0\nGOTO/15,5,0\n")
+    assert abs(t.regions[0].arcs[0].angle) == pytest.approx(math.pi * (0.5 if sense < 0 else 1.5))
+    said = [f for f in t.findings if f.code == "arc-turns-back"]
+    assert [f.text.count("clockwise about the axis") for f in said] == [1] * (sense > 0)
+
+
 def test_full_circle_helix_and_other_planes() -> None:
     t = read(HEAD + "GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/10,0,0\n")
     assert t.regions[0].arcs[0].angle == pytest.approx(2 * math.pi)
