@@ -20,6 +20,7 @@ FASTEST = mm_min_to_m_s(180_000.0)
 SLOWEST = mm_min_to_m_s(0.06)
 """m/s: the least that six decimals of a metre a second can print."""
 _TINY = 5.0  # mm: a robot mills no part as small, and in inches it is one of 127 mm or less
+_OPEN = 40.0  # mm: such a part may as well be one of a metre, which a robot reaches
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +69,13 @@ def _width(regions: Sequence[Region]) -> float:
     return float(np.max(high - low))
 
 
-def check_unit(reason: str, regions: Sequence[Region], line: int) -> None:
-    """Raises ToolpathError where millimetres, assumed for `reason`, make a part so small that inches are the likelier unit."""
+def check_unit(reason: str, regions: Sequence[Region], line: int, *, metric: bool) -> None:
+    """Raises ToolpathError where millimetres are assumed for `reason`, and inches make a part that is as likely, or likelier.
+
+    metric: the control itself begins with millimetres as it is shipped.
+    """
     wide = m_to_mm(_width(regions))
-    if wide < _TINY:
+    if wide < (_TINY if metric else _OPEN):
         raise ToolpathError(
             f"{reason}, and the path would be {wide:.1f} mm wide in millimetres, {wide * INCH_MM:.1f} mm in inches",
             hint="say which by --units, or by units in setup.toml",

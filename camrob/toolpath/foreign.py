@@ -41,6 +41,11 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
         ),
         (rb"\A\s*%\S+[ \t]+G7[01][ \t]*\*", "a program in Heidenhain's DIN/ISO", _KLARTEXT),
         (
+            rb"\A\s*(?:\d+[ \t]+)?L[ \t]+(?:I?[XYZ][-+]?\d\S*[ \t]+)+(?:R0[ \t]*)?F(?:MAX|AUTO|[ \t]*\d)",
+            "a piece of a Heidenhain program, without BEGIN PGM and the tool",
+            "give the program that calls it, with this file beside it, or put BEGIN PGM, TOOL CALL and END PGM round it",
+        ),
+        (
             rb"\A\s*%PM\d*[ \t]*\r?$|^[ \t]*N\d+[ \t]+G7[ \t][^\n(]*\b[ABC][56]=",
             "a program for Heidenhain's MillPlus",
             _OTHER,

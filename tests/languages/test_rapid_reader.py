@@ -156,6 +156,7 @@ TARGET = "[[0,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
         (f"MoveJ {TARGET.replace('[0,0,0,0]', '[0,0,0,8]')},v5,fine,tool0;", "configuration"),
         (f"MoveJ {TARGET.replace('[0,0,0,0]', '[0.5,0,0,0]')},v5,fine,tool0;", "configuration"),
         (f"TriggL {TARGET},v5,t1,fine,tool0;", "is not read here"),
+        ("SyncMoveOn sync1, tasks;", "moves several robots at once"),
         ("SearchL di1,p,p1,v5,tool0;", "is not read here"),
         (f"FOR i FROM 1 TO others DO\nMoveL {TARGET},v5,fine,tool0;\nENDFOR", "that moves"),
         (f"IF a=1 THEN\nMoveL {TARGET},v5,fine,tool0;\nENDIF", "that moves"),

@@ -30,7 +30,7 @@ class Coming:
 
     def __init__(self, path: PathGrower, frame: ToolFrame, modal: Modal) -> None:
         self._path, self._frame, self._modal = path, frame, modal
-        self._line, self._missing = 0, ""
+        self._line, self._missing, self._first = 0, "", True
         self._named: dict[int, float] = {}
         self._height: float | None = None  # of the first known place, where a cut has led to it
 
@@ -41,7 +41,7 @@ class Coming:
         if motion != 10 or not plain or self._path.place is not None:
             return False
         across = not {"X", "Y"}.isdisjoint(block.words)  # straight down from wherever it is cuts nothing else
-        if frame.known and modal.cut and across and not self._line:
+        if frame.known and across and not self._line:
             self._begin(block.line)
             if self._path.adrift:
                 raise self._unknown()
@@ -60,7 +60,7 @@ class Coming:
 
     def _begin(self, line: int) -> None:
         """Such a move stands in that line."""
-        self._line = line
+        self._line, self._first = line, not self._modal.cut
         self._missing = " and ".join(k for k, v in zip("XYZ", self._frame.xyz, strict=True) if math.isnan(v))
 
     def moved(self, *, rapid: bool) -> None:
@@ -88,8 +88,9 @@ class Coming:
 
     def _unknown(self) -> ToolpathError:
         if not self._missing:
+            where = "as the first of the program" if self._first else "behind a machine position or a tool change"
             return ToolpathError(
-                "a cut from where the tool is not known to be, behind a machine position or a tool change",
+                f"a cut from where the tool is not known to be, {where}",
                 hint="go to where it is to begin in a rapid move",
                 line=self._line,
             )

@@ -137,6 +137,7 @@ def _modal(control: Control, bare: str, machine: str, path: Path, defaults: Defa
         keeps_motion=control.keeps_motion,
         rereads=control.rereads or path.suffix.lower() == ".ngc",
         edges=control.edges,
+        metric=control.metric,
         rolls=control.rolls and machine.endswith("-iso"),
         clamps=control.clamps and bool(_CLAMP.search(bare) and _SPINDLE.search(bare)),
     )
@@ -147,8 +148,8 @@ def _with_defaults(regions: tuple[Region, ...], interpreter: Interpreter) -> tup
     modal, process, motions = interpreter.modal, interpreter.process, interpreter.motions
     findings: list[Finding] = []
     if modal.unit_line:
-        reason = "neither G20 nor G21 stands before the first move"
-        check_unit(reason, regions, modal.unit_line)
+        reason = f"neither {'G70 nor G71' if modal.metric else 'G20 nor G21'} stands before the first move"
+        check_unit(reason, regions, modal.unit_line, metric=modal.metric)
         findings.append(unit_finding("units-not-stated", reason, "mm", regions, modal.unit_line))
     if motions.defaults.feed is not None and motions.defaulted:
         findings.append(feed_finding(motions.defaults.feed, motions.defaulted))

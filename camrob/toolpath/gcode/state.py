@@ -24,6 +24,7 @@ class Modal:
     scale: float = SCALES["mm"]
     forced: bool = False
     stated: bool = False  # a G20 or G21 was read
+    metric: bool = False  # the control is shipped so that it begins with millimetres
     motion: int | None = None
     beside: int | None = None  # of G0 to G3, the last one
     rolls: bool = False  # rotary axes may roll over at 360 degrees, by a parameter of the machine's (Fanuc and alike)

@@ -128,7 +128,10 @@ def _program_reader(
     language = next((reader for reader, mark in others if mark.search(bare)), plain)
     reader = language(tell, units, offsets, by_tool=by_tool, machine=machine)
     if language in (GcodeReader, SinumerikReader):
+        reader.ngc = file.suffix.lower() == ".ngc"
         reader.beside = text_beside(text, file, siemens=language is SinumerikReader)
+    if isinstance(reader, KlartextReader):
+        reader.file = file
     if isinstance(reader, ForeignReader):
         reader.numbers = numbers
     return reader

@@ -77,7 +77,7 @@ class GcodeReader(Machined):
         rows = tape(text, self.beside)
         line, run = rows[0][0] if rows else 1, None
         try:
-            run = run_of(rows, self._asked)
+            run = run_of(rows, self._asked, own=self.ngc)
             for line, block in run or rows:
                 if run is not None or not self._another(block, line):
                     self._read(block, line)

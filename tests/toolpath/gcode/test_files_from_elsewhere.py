@@ -10,6 +10,7 @@ from two_readings import differences
 
 from camrob.errors import CamrobError, ToolpathError
 from camrob.toolpath.read import read_toolpath
+from camrob.toolpath.region import Move
 from camrob.witness.cl import read_story
 
 HEAD = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S6000\n2 L X+0 Y+0 Z+40 R0 FMAX M3\n"
@@ -160,3 +161,18 @@ def test_out_of_no_offset_through_the_air(tmp_path: Path, between: str, refused:
     toolpath, story = read_toolpath(tmp_path / "a.mpf"), read_story(tmp_path / "a.mpf")
     assert story.complete and not list(differences(toolpath, story))
     assert len(toolpath.regions[0]) == 4
+
+
+def test_a_file_with_linuxcncs_suffix_has_its_parameters(tmp_path: Path) -> None:
+    """#31 to #4999 are the user's own there; Fanuc's macros in such a file stay Fanuc's. As rs274 runs it."""
+    text = "G21 G90\n#34=5\n#210=[#34*20]\nG0 X0 Y0 Z10\nG1 Z-1 F#210\n#34=7 G1 X#34\nX#34\nG0 Z10\nM2\n"
+    file = tmp_path / "a.ngc"
+    file.write_text(text, encoding="utf-8")
+    toolpath, story = read_toolpath(file), read_story(file)
+    assert story.complete and not differences(toolpath, story)
+    cut = np.vstack([region.position[region.move == Move.CUT] for region in toolpath.regions]) * 1e3
+    np.testing.assert_allclose(cut, [[0, 0, -1], [5, 0, -1], [7, 0, -1]], atol=1e-9)
+    macro = tmp_path / "b.ngc"
+    macro.write_text(text.replace("X#34\nG0", "IF[#34GT9]GOTO5\nN5X#34\nG0"), encoding="utf-8")
+    with pytest.raises(ToolpathError, match="a system variable of Fanuc's"):
+        read_toolpath(macro)

@@ -124,9 +124,10 @@ def test_units_are_overruled_and_said() -> None:
     path = read("G0 X1 Y0 Z0\nG1 X2 F60\nM2\n", units="inch")
     assert cuts(path)[0, 0] == pytest.approx(50.8)
     assert (path.units, codes(path)) == ("inch", set())
-    assert "units-not-stated" in codes(read("G0 X1 Y0 Z0\nG1 X20 F60\nM2\n"))
-    with pytest.raises(ToolpathError, match=r"4\.0 mm wide in millimetres, 101\.6 mm in inches; say which by --units"):
-        read("G0 X1 Y0 Z0\nG1 X5 F60\nM2\n")
+    assert "units-not-stated" in codes(read("G0 X1 Y0 Z0\nG1 X42 F60\nM2\n"))
+    for to, match in ((5, r"4\.0 mm wide in millimetres, 101\.6 mm"), (37, r"36\.0 mm wide in millimetres, 914\.4 mm")):
+        with pytest.raises(ToolpathError, match=match + " in inches; say which by --units"):
+            read(f"G0 X1 Y0 Z0\nG1 X{to} F60\nM2\n")
     assert "size-implausible" in codes(read("G20 G0 X0 Y0 Z0\nG1 X200 F60\nM2\n"))
 
 
@@ -474,7 +475,7 @@ def test_offsets() -> None:
     refused("G21 G54 G0 X0 Y0 Z5\nG1 X1 F60\nG55 G0 X0 Y0 Z5\nG1 X1\nM30\n", line=3, match="several work offsets")
     path = read("G21 G0 X0 Y0 Z5\nG52 X100 Y0\nG1 X1 F60\nG52 X0\nG1 X2\nM30\n")
     np.testing.assert_allclose(cuts(path)[:, 0], [101, 2])
-    assert "origin-set" in codes(read("G21 G92 X0 Y0 Z5\nG1 X1 F60\nM30\n"))
+    assert "origin-set" in codes(read("G21 G92 X0 Y0 Z5\nG0 X0 Y0\nG1 X1 F60\nM30\n"))
     refused("G21 G0 X0 Y0 Z5\nG92 X9\nM30\n", line=2, match="middle of the program")
     refused("G21 G0 X0 Y0 Z5\nG10 L2 P1 X9\nM30\n", line=2, match="middle of the program")
 

@@ -247,7 +247,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("L X+5 RL F100", "radius compensation"),
         ("RND R2", "behind no straight cut"),
         ("APPR LCT X+5 Y+5 R2 RL F100", "is not read"),
-        ("CT X+5 Y+5", "is not read"),
+        ("CT X+5 Y+5", "whose direction is known"),
         ("CYCL DEF 19.1 A+30", "CYCL DEF 19 with angles"),
         ("CYCL DEF 26.1 X 0.9", "CYCL DEF 26.1"),
         ("CYCL DEF 205 PECKING Q200=2", "CYCL DEF 205"),

@@ -20,6 +20,7 @@ BEGINNINGS = {
     "feed-down.nc": ISO + "G1 Z5 F900\nX10 Y10\nZ-1 F100\n" + END,
     "rapid-across.nc": ISO + "G1 Z5 F900\nG0 X10 Y10\nG1 Z-1 F100\n" + END,
     "one-by-one.nc": ISO + "G1 Z5 F900\nX10\nY10\nG0 Z2\nG1 Z-1 F100\n" + END,
+    "at-once-above.nc": ISO + "G1 X10 Y10 Z5 F900\nZ-1 F100\n" + END,
     "height-last.nc": ISO + "G1 X10 Y10 F900\nZ5\nZ-1 F100\n" + END,
     "behind-home.nc": ISO
     + "G0 X0 Y0 Z30\nG1 Z-1 F100\nX5\nG0 Z30\nG91 G28 X0 Y0\nG90\nG1 Z5 F900\nX10 Y10\nZ-1 F100\n"
@@ -96,3 +97,13 @@ def test_a_cut_from_where_nobody_knows_is_refused_by_both(
     assert not story.complete
     with pytest.raises(ToolpathError, match="where the tool is not known to be"):
         read_toolpath(file)
+
+
+@pytest.mark.parametrize("first", ["G1 X0 Y0 Z-1 F100\nX10\n", "G92 X0 Y0 Z5\nG1 X10 F100\n", "G1 X0 Y0 Z5 F100\nZ6\n"])
+def test_a_first_cut_across_is_one_from_where_nobody_knows(tmp_path: Path, first: str) -> None:
+    """Fully named, it is still a way from wherever the machine stands: LinuxCNC's rs274 cuts aslant to it."""
+    file = tmp_path / "a.nc"
+    file.write_text(ISO + first + END, encoding="utf-8")
+    with pytest.raises(ToolpathError, match="where the tool is not known to be, as the first of the program"):
+        read_toolpath(file)
+    assert not read_story(file).complete

@@ -190,7 +190,10 @@ class _Reader:
         elif machine.declare(statement) or machine.assign(statement) or machine.simple(statement):
             return
         elif word.startswith(_OTHER_MOVES):
-            raise ProgramError(f"{shown(word)} is not read here", hint="write MoveL", line=statement.line)
+            together = word.startswith("SYNCMOVE")
+            what = "which moves several robots at once, is not read" if together else "is not read here"
+            cure = "give each robot a program without it" if together else "write MoveL"
+            raise ProgramError(f"{shown(word)}{', ' if together else ' '}{what}", hint=cure, line=statement.line)
         elif (
             word.startswith(_FRAMES)
             or not word

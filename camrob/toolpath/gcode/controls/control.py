@@ -35,6 +35,7 @@ class Control(NamedTuple):
     rereads: bool = False  # a drilling cycle's R and Z are counted anew where G90 and G91 change
     suffixes: frozenset[str] = frozenset()  # of files that are its programs, where the text leaves it open
     edges: bool = False  # D names an edge of the tool, with its length
+    metric: bool = False  # it is shipped so that programs begin with millimetres (G71)
     rolls: bool = False  # whether rotary axes roll over at 360 degrees is a parameter of the machine's
     clamps: bool = False  # M13 and M14 clamp rotary axes where the file has M10 to M12, and M3 or M4 for the spindle
     wanted: Callable[[list[str]], list[Wanted]] = lambda lines: []  # programs that a text calls and does not hold

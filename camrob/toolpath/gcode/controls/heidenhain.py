@@ -5,6 +5,7 @@ Heidenhain, "TNC 640 User's Manual, Klartext Programming" (34059x-10): 6.4 conto
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import Control, State
 from camrob.toolpath.gcode.controls.heidenhain_moves import HeidenhainMoves
+from camrob.toolpath.gcode.language.called_files import Wanted, calls
 from camrob.toolpath.gcode.language.flow import DEEPEST, StepCount, unset
 from camrob.toolpath.gcode.language.formulas import (
     ARITHMETIC,
@@ -30,11 +32,19 @@ __all__ = ["HEIDENHAIN"]
 _BEGIN = re.compile(r"^[ \t]*(?:N?[0-9]+[ \t]+)?BEGIN[ \t]+PGM[ \t]", re.M)
 _GRAMMAR = Grammar(
     levels=({k: ARITHMETIC[k] for k in "+-"}, {k: ARITHMETIC[k] for k in "*/"}, {"^": ARITHMETIC["^"]}),
-    functions={**{k: FUNCTIONS[k] for k in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "ABS", "LN", "EXP")}},
+    functions={
+        **{k: FUNCTIONS[k] for k in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "ABS", "LN", "EXP")},
+        "INT": lambda x: _cut_off(x),
+        "FRAC": lambda x: x - _cut_off(x),
+        "NEG": lambda x: -x,
+    },
     opens="(",
     closes=")",
     bare=True,
 )
+_CALLED = re.compile(r'\bCALL[ \t]+PGM[ \t]*("[^"]*"|[^\s";]+)', re.I)
+_BESIDE = "BEGIN CALLED "  # before the text of a program from a file beside
+_NEVER = re.compile(r"(?!)")  # its name is the file's
 _FN = {"0": None, "1": "+", "2": "-", "3": "*", "4": "/", "5": "SQRT", "6": "SIN", "7": "COS"}
 _BETWEEN = {"1": r" ?\+ (?=[-+Q0-9])", "2": r" ?- (?=[-+Q0-9])", "3": r" ?\* ?", "4": r" ?DIV ?"}
 _IF = {"9": "EQ", "10": "NE", "11": "GT", "12": "LT"}
@@ -48,6 +58,7 @@ _SIGN = re.compile(r"(?<=[A-Z]) ?([-+]) ?(?=[.0-9Q])|(?<=DR) (?=[-+])")
 _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+|Q[LR]?[0-9]+)(?: ?/ ?(?:[0-9]+|Q[LR]?[0-9]+))?)?$')
 _BARE_CYCLE = re.compile(r"CYCL DEF [2-4][0-9][0-9](?![.0-9])(?!.*Q[0-9]+ ?=).*")  # its parameters stand behind it
+_REMARK = re.compile(r"\s*(?:\d+\s+)?;")
 _PARAMETER = re.compile(r"Q[2-4][0-9][0-9] ?= ?[^ ]+")
 _TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
 _FREE = range(2000)  # from Q1600 on they are the user's, as Q0 to Q99 are
@@ -56,8 +67,15 @@ _CYCLES_OWN = 200  # from here on they are those of cycles, too
 _FEWER = range(500)  # QL and QR
 
 
+def _cut_off(x: float) -> float:
+    """The value without its decimals. Raises ToolpathError where rounding alone decides which whole number is left."""
+    if 0.0 < abs(x - round(x)) < 1e-9:
+        raise ToolpathError(f"INT or FRAC of {x!r}, which rounding decides", hint="write the number itself")
+    return float(math.trunc(x))
+
+
 class _Program:
-    """One file that is being run."""
+    """One file that is being run, with those that it calls behind it."""
 
     def __init__(self, lines: list[str], path: Path, state: State) -> None:
         self._path = path
@@ -66,16 +84,22 @@ class _Program:
         self._moves = HeidenhainMoves(self.value, lambda name: state(f"tool {name}"), self._keep)
         self._texts = _joined(lines)
         self._optional = {number for number, raw in enumerate(lines, 1) if raw.lstrip().startswith("/")}
-        self._labels: dict[str, int] = {}
+        self._labels: dict[tuple[str, str], int] = {}  # by program and label
+        self._programs: dict[str, int] = {}
+        self._now = name = ""
         for index, (number, text) in enumerate(self._texts):
+            if text.startswith(_BESIDE):
+                name = text.removeprefix(_BESIDE)
+                self._programs[name] = index + 1
             match = _LABEL.match(text)
             if match and match[1] != "0":
-                if match[1] in self._labels:
+                if (name, match[1]) in self._labels:
                     raise ToolpathError(f"LBL {match[1]} appears twice", hint="keep one", path=path, line=number)
-                self._labels[match[1]] = index
+                self._labels[name, match[1]] = index
         called = {match[1] for _, text in self._texts if (match := _TOOL.match(text))}
         self._moves.one_name = len(called) == 1
-        self._stack: list[int] = []
+        self._units = ""
+        self._stack: list[int | tuple[int, str, dict[str, float]]] = []  # where to go on: of labels, and of programs
         self._repeats: dict[int, int] = {}
         self._at = 0
 
@@ -84,6 +108,8 @@ class _Program:
         while self._at < len(self._texts):
             number, text = self._texts[self._at]
             self._at += 1
+            if text.startswith(_BESIDE):
+                return
             try:
                 self._count.one(number)
                 if number in self._optional:
@@ -97,8 +123,9 @@ class _Program:
     def _flow(self, text: str) -> bool:
         """Whether the text is one of labels, jumps and parameters, which is carried out."""
         if match := _LABEL.match(text):
-            if match[1] == "0" and self._stack:
-                self._at = self._stack.pop()
+            if match[1] == "0" and self._stack and isinstance(back := self._stack[-1], int):
+                self._at = back
+                self._stack.pop()
             return True
         if match := _CALL.match(text):
             self._call(match[1], match[2])
@@ -113,11 +140,48 @@ class _Program:
         if match := re.match(r"(Q[LR]?[0-9]+) ?= ?(.+)$", text):
             self._store(match[1], self.value(match[2]))
             return True
+        if text.startswith(("BEGIN PGM", "END PGM", "CALL PGM", "SEL PGM", "CALL SEL")) or self._now:
+            return self._of_programs(text)
+        return self._of_the_machine(text)
+
+    def _of_programs(self, text: str) -> bool:
+        """Where another program begins and ends, with labels and QL of its own, and the Q of the one that calls it."""
+        if match := _CALLED.fullmatch(text):
+            name = _called_name(match[1])
+            if name not in self._programs or len(self._stack) > DEEPEST:
+                raise ToolpathError(
+                    f"{text[:32]}: another program is called, which is neither in this file nor beside it, or calls itself",
+                    hint="put its file beside this one, or its motions here",
+                )
+            own = {k: self._q.pop(k) for k in [k for k in self._q if k.startswith("QL")]}
+            self._stack.append((self._at, self._now, own))
+            self._at, self._now = self._programs[name], name
+            return True
         if text.startswith(("CALL PGM", "SEL PGM", "CALL SEL")):
-            raise ToolpathError(
-                f"{text[:32]}: another program is called, which is not in this file",
-                hint="put its motions here, or have the CAM system write them out",
-            )
+            raise ToolpathError(f"{text[:32]}: a program by a selection or a table", hint="put its motions here")
+        if text.startswith("BEGIN PGM") and self._now:
+            if text.split()[-1] != self._units:
+                raise ToolpathError(
+                    "a program in another unit than the one that calls it", hint="write both in one unit"
+                )
+            return True
+        if text.startswith("BEGIN PGM"):
+            self._units = text.split()[-1]
+        elif self._now and re.search(r"\bM(?:2|30|02)\b", text):
+            raise ToolpathError("M2 or M30 in a program that is called", hint="take it out: the control stops there")
+        elif text.startswith("END PGM") and self._now:
+            back = self._stack.pop()
+            while isinstance(back, int):  # of labels of its own
+                back = self._stack.pop()
+            for name in [k for k in self._q if k.startswith("QL")]:
+                del self._q[name]
+            self._at, self._now = back[0], back[1]
+            self._q |= back[2]
+            return True
+        return self._of_the_machine(text)
+
+    def _of_the_machine(self, text: str) -> bool:
+        """Refuse what only a machine knows, and what isn't read."""
         if re.match(r"FN ?(?:1[78]|2[0-9])\b", text):
             raise ToolpathError(
                 f"{text[:24]!r} asks for what the control holds: positions, tables, states",
@@ -150,9 +214,9 @@ class _Program:
             del self._repeats[here]
 
     def _label(self, name: str) -> int:
-        if name not in self._labels:
+        if (self._now, name) not in self._labels:
             raise ToolpathError(f"LBL {name} is not there", hint="check the label")
-        return self._labels[name] + 1
+        return self._labels[self._now, name] + 1
 
     # -- values ------------------------------------------------------------------------------------------------
 
@@ -212,8 +276,13 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
     the parameters of a cycle that names none itself.
     """
     out: list[tuple[int, str]] = []
-    goes_on = listed = False
+    goes_on = listed = remark = False
     for number, raw in enumerate(lines, 1):
+        remark, before = bool(_REMARK.match(raw)) or remark, remark
+        if remark and (before or raw.rstrip().endswith("~")):  # a comment that goes on in the next line
+            remark = raw.rstrip().endswith("~")
+            continue
+        remark = False
         text = re.sub(r";.*", "", raw).strip()
         text = re.sub(r"\s+", " ", text)
         ends = raw.rstrip().endswith("~")
@@ -234,10 +303,28 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
     return [row for i, row in enumerate(out) if i >= begin or not row[1].startswith("(")]  # a set-up sheet before it
 
 
+def _called_name(text: str) -> str:
+    """A program's name without its folder and suffix, as files are found by it."""
+    return re.split(r"[\\/:]", text.strip('"').upper())[-1].partition(".")[0]
+
+
+def _wanted(lines: list[str]) -> list[Wanted]:
+    """The programs that CALL PGM names: PLAN.H of any folder lies in plan.h."""
+    return [
+        Wanted(name, frozenset((name.lower(),)), frozenset((".h", ".nc", ".txt", "")), f"{_BESIDE}{name}", _NEVER)
+        for name in dict.fromkeys(_called_name(text) for text in calls(_CALLED, lines))
+    ]
+
+
 def _blocks(lines: list[str], path: Path, state: State) -> Iterator[Block]:
     return _Program(lines, path, state).run()
 
 
 HEIDENHAIN = Control(
-    "heidenhain", "Heidenhain", lambda text: 9 if _BEGIN.search(text) else 0, _blocks, "gcode-heidenhain"
+    "heidenhain",
+    "Heidenhain",
+    lambda text: 9 if _BEGIN.search(text) else 0,
+    _blocks,
+    "gcode-heidenhain",
+    wanted=_wanted,
 )

@@ -11,7 +11,7 @@ from camrob.toolpath.gcode.controls.heidenhain_words import VALUE
 from camrob.toolpath.gcode.lexer import Block
 from camrob.units import deg_to_rad
 
-__all__ = ["CYCLES", "RAPID", "Cycle", "Places", "pattern_of", "places_of"]
+__all__ = ["CYCLES", "RAPID", "REASONS", "Cycle", "Places", "pattern_of", "places_of"]
 
 Places = list[dict[str, float]]
 """X and Y of places at which a cycle is done, in the program's unit."""
@@ -27,6 +27,19 @@ _NEEDED = {
     240: (200, 201, 203, 204, 206, 343),
 }
 CYCLES = frozenset(_NEEDED)
+_INSIDE = "how the control cuts it depends on the tool's radius in its table, and on steps of its own"
+_HELD = "the spindle is held at an angle while the tool is drawn off the wall, which a robot's spindle can't be told"
+REASONS: dict[str, str] = {
+    **dict.fromkeys(("202", "204"), _HELD),
+    **dict.fromkeys(
+        ("208", "251", "252", "253", "254", "256", "257", "258", "233", "230", "232", "241", "262", "263"), _INSIDE
+    ),
+    **dict.fromkeys(("209",), "a tap that is turned back and forth to break chips, coupled to the spindle's angle"),
+    **dict.fromkeys(
+        ("20", "21", "22", "23", "24", "25", "27", "28", "270", "275"), "a contour that the control itself clears"
+    ),
+}
+"""Why cycles are not read, by their numbers."""
 _MOST_PLACES = 10_000  # of a pattern
 _MOST_PECKS = 2000  # of one hole: a slip of the decimal point has more
 _EVEN = 1e-9  # of the program's unit

@@ -6,8 +6,9 @@ import re
 from collections.abc import Callable, Iterator
 
 from camrob.errors import ToolpathError
-from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, Cycle, Places, pattern_of, places_of
+from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, REASONS, Cycle, Places, pattern_of, places_of
 from camrob.toolpath.gcode.controls.heidenhain_feeds import Feeds
+from camrob.toolpath.gcode.controls.heidenhain_tangent import Heading
 from camrob.toolpath.gcode.controls.heidenhain_words import (
     MACHINE,
     MODES,
@@ -31,15 +32,13 @@ __all__ = ["HeidenhainMoves"]
 
 _NOTHING_HERE = re.compile(r"BLK FORM|TOOL DEF|\*|FUNCTION MODE MILL|FUNCTION RESET|M94\b")
 _TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
-_MOTION = re.compile(r"(?:L|LN|C|CR|CP|LP|CYCL CALL) ")
+_MOTION = re.compile(r"(?:L|LN|C|CR|CP|CT|LP|CYCL CALL) ")
 _AWAY = re.compile(r"\bM(?:9[12]|140)\b")
 _UPRIGHT = re.compile(r"19\.(?:0 .*|0|1(?: ?[ABC] ?[-+]?0*\.?0*)*)")  # a working plane that turns nothing
 
 
 class HeidenhainMoves:
-    """Turns statements into blocks, positions in the program's unit. value: of a number or Q parameter; number_of: a tool's by
-    its name; keep: takes what a cycle gives a Q parameter.
-    """
+    """Statements as blocks. value: of a number or Q parameter; number_of: a tool's by its name; keep: a cycle gives a Q this."""
 
     def __init__(
         self,
@@ -50,7 +49,7 @@ class HeidenhainMoves:
         self._value, self._number_of = value, number_of
         self.one_name = False  # the file names one tool, by its name, and no more
         self._at: dict[str, float | None] = dict.fromkeys("XYZABC")
-        self._pole = Pole()
+        self._pole, self._heading = Pole(), Heading()
         self._feeds = Feeds(value)
         self._shift = dict.fromkeys("XYZ", 0.0)
         self._plane: Plane = None
@@ -84,7 +83,7 @@ class HeidenhainMoves:
             yield from self._straight(text.partition(" ")[2], line)
         elif text.startswith("CC"):
             self._set_center(text[2:])
-        elif re.match(r"(?:C|CR|CP|LP) ", text):
+        elif re.match(r"(?:C|CR|CP|CT|LP) ", text):
             yield from self._round(text, line)
         elif text.startswith("TOOL CALL"):
             yield from self._tool(text[9:].strip(), line)
@@ -137,6 +136,7 @@ class HeidenhainMoves:
 
     def _lose(self, letters: str = "XYZABC") -> None:
         self._at |= dict.fromkeys(letters)
+        self._heading.lost()
 
     # -- words -------------------------------------------------------------------------------------------------
 
@@ -205,6 +205,7 @@ class HeidenhainMoves:
             corner = self._corner if motion else None
             self._rounded, self._moved = corner is not None, True
             yield Block(line, {**to, **feed}, (motion,), vector=vector, corner=corner, ways=self._ways(words))
+            self._heading.straight(self._at, to, sure=motion == 10 and corner is None)
             self._at |= to
             if vector is not None:
                 self._lose("ABC")
@@ -217,7 +218,7 @@ class HeidenhainMoves:
         self._pole.name(self._place(words))
 
     def _round(self, text: str, line: int) -> Iterator[Block]:
-        """C, CR, CP and LP."""
+        """C, CR, CP, CT and LP."""
         kind, _, rest = text.partition(" ")
         words, codes = motion_words(rest)
         feed = self._feeds.of_motion(words)
@@ -226,7 +227,7 @@ class HeidenhainMoves:
             raise ToolpathError(f"M91 or M92 in {kind}: an arc, or a polar motion, by the machine", hint="use L for it")
         before = [c for c in codes if c in (*STARTING, 126, 127, 128)]
         yield from self._codes(before, line)
-        to, pole = self._place(words), Pole() if kind == "CR" else self._pole
+        to, pole = self._place(words), Pole() if kind in ("CR", "CT") else self._pole
         first, second = pole.letters[0], pole.letters[1]
         begun, turns = (self._at[first], self._at[second]), 1
         if kind in ("CP", "LP"):
@@ -237,17 +238,22 @@ class HeidenhainMoves:
             corner = self._corner if motion and pole.letters == "XY" else None
             self._rounded = corner is not None
             yield Block(line, {**to, **feed}, (motion,), corner=corner, ways=self._ways(words))
+            self._heading.lost()
         else:
             sense = words.get("DR", "")[:1]
-            if sense not in ("+", "-"):
-                raise ToolpathError(f"{kind} without DR+ or DR-", hint="name the sense of rotation")
+            if (sense in ("+", "-")) == (kind == "CT"):
+                raise ToolpathError(f"{kind} with or without DR", hint="name the sense of C, CR and CP, and none of CT")
             if begun[0] is None or begun[1] is None or any(self._at[k] is None for k in set(to) & set("XYZ")):
                 raise ToolpathError("an arc from an unknown place", hint="name X, Y and Z in an L before it")
             to = {first: begun[0], second: begun[1]} | to
             if kind == "CR":
                 round_ = {"R": self._value(words["R"])} if words.get("R") else {}
+            elif kind == "CT":
+                (i, j), left = self._heading.arc((begun[0], begun[1]), (to[first], to[second]))
+                round_, sense = {"I": i, "J": j}, "+" if left else "-"
             else:
                 round_ = pole.from_here(self._at)
+            self._heading.round((begun[0], begun[1]), (to[first], to[second]), round_, left=sense == "+")
             if turns > 1:
                 round_["P"] = float(turns)
             sense_code = 30 if sense == "+" else 20
@@ -298,7 +304,7 @@ class HeidenhainMoves:
     def _define(self, text: str, line: int) -> Iterator[Block]:
         number, _, rest = text.partition(" ")
         main = number.partition(".")[0]
-        if number == "7.0":
+        if number in ("7.0", "8.0", "10.0", "11.0"):
             return  # a heading
         if main == "7":
             yield from self._datum(rest.strip(), line)
@@ -312,13 +318,11 @@ class HeidenhainMoves:
             time = re.search(r"([0-9]+\.?[0-9]*)\s*$", rest) if number != "9.0" else None
             if time:
                 yield Block(line, {"P": float(time[1])}, (40,))
-        elif main in ("8", "10", "11") and not number.endswith(".0"):
+        elif main in ("8", "10", "11"):
             frame = self._frames.defined(main, rest, self._value)
             if frame is not None:
                 self._at |= {"X": None, "Y": None}
                 yield Block(line, {}, frame=frame, together="XY")
-        elif main in ("8", "10", "11"):
-            return  # a heading
         elif main.isdigit() and int(main) in CYCLES:
             self.cycle.define(int(main), rest)
         elif main in ("220", "221"):
@@ -329,7 +333,8 @@ class HeidenhainMoves:
                 hint="post with PLANE SPATIAL",
             )
         else:
-            raise ToolpathError(f"CYCL DEF {number} is not read", hint="have the CAM system write the motions out")
+            why = f": {REASONS[main]}" if main in REASONS else ""
+            raise ToolpathError(f"CYCL DEF {number} is not read{why}", hint="have the CAM system write the motions out")
 
     def _preset_by(self, rest: str) -> None:
         """CYCL DEF 247: a datum of the machine's table, the same throughout."""
@@ -391,4 +396,5 @@ class HeidenhainMoves:
         """The cycle in force where the tool stands."""
         yield from self.cycle.drill(self._at["Z"], line, self._feeds.speed)
         yield from self._feeds.behind_cycle(line)
+        self._heading.lost()
         self._at["Z"] = self.cycle.level

@@ -34,6 +34,10 @@ O_WORDS = re.compile(
 )
 """What only LinuxCNC's programs have."""
 
+_NOT_ITS = re.compile(
+    r"\b(?:IF|WHILE|GOTO)[ \t]*[\[#0-9]|\bG6[56](?![0-9.])|\bM9[789](?![0-9])|^[ \t]*[$?~!]|^[ \t]*O[0-9]+[ \t]*(?:[(;]|\r?$)",
+    re.I | re.M,
+)
 _O = re.compile(rf"O([0-9]+|<[^>]*>|\[.*?\]|#.*?)({_WORDS})(.*)")
 _DEFINED = re.compile(r"^[ \t]*O[ \t]*(<[^>]*>|[0-9]+)[ \t]*SUB\b")
 _CALLED = re.compile(r"^[ \t]*O[ \t]*(<[^>]*>|[0-9]+)[ \t]*CALL\b")
@@ -349,8 +353,8 @@ def _wanted(lines: list[str]) -> list[Wanted]:
 
 
 def _recognise(text: str) -> int:
-    """More than ISO where the text has what only LinuxCNC has."""
-    return 3 if O_WORDS.search(text) else 0
+    """More than ISO where the text has what only LinuxCNC has; less than a suffix is worth where it has what it hasn't."""
+    return 3 if O_WORDS.search(text) else -1 if _NOT_ITS.search(text) else 0
 
 
 LINUXCNC = Control(
@@ -361,5 +365,6 @@ LINUXCNC = Control(
     plain=True,
     zero_edge=False,  # D0 may mean the tool in the spindle
     rereads=True,
+    suffixes=frozenset({".ngc"}),
     wanted=_wanted,
 )

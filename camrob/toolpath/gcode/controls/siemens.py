@@ -369,6 +369,7 @@ SIEMENS = Control(
     lambda lines, path, state: _Program(lines, path, state).run(),
     "gcode-siemens",
     edges=True,
+    metric=True,
     suffixes=frozenset({".mpf", ".spf"}),
     wanted=wanted_programs,
 )

@@ -19,11 +19,21 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "ABS": abs,
     "POT": lambda value: value * value,
+    "INT": lambda value: _whole(value),
+    "FRAC": lambda value: value - _whole(value),
+    "NEG": lambda value: -value,
 }
 
 
+def _whole(value: float) -> float:
+    """Without its decimals. Raises ValueError where rounding alone says which number that is."""
+    if 0.0 < abs(value - round(value)) < 1e-9:
+        raise ValueError
+    return float(int(value))
+
+
 class Values:
-    """What each name holds. Sums, products, signs, brackets and six functions (angles in degrees) are worked out."""
+    """What each name holds. Sums, products, signs, brackets and nine functions (angles in degrees) are worked out."""
 
     def __init__(self) -> None:
         self._held: dict[str, float] = {}

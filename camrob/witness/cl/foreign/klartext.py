@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 
@@ -15,8 +16,9 @@ from camrob.witness.cl.foreign import klartext_places, klartext_values
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import spatial_plane
 from camrob.witness.cl.foreign.foreign_words import UnreadError
+from camrob.witness.cl.foreign.klartext_beside import with_programs
 from camrob.witness.cl.foreign.klartext_calls import CALL, CycleCalls
-from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end
+from camrob.witness.cl.foreign.klartext_places import FIRST, LAST, QUIET, Pole, formula_of, polar_end, smooth_arc
 from camrob.witness.cl.foreign.klartext_values import NUMBER
 from camrob.witness.cl.framing import mirror, stands_still, turning
 from camrob.witness.cl.running.label_run import LabelRun
@@ -31,7 +33,9 @@ _NOTHING = re.compile(r"(M94\b|BLK FORM|TOOL DEF|\*|END PGM)")
 
 
 class KlartextReader(CycleCalls):
-    """Tells what the statements of one file ask for."""
+    """Tells what the statements of one file ask for. file: beside which the programs lie that it calls."""
+
+    file: Path | None = None
 
     def read(self, text: str) -> None:
         """Reads the text up to its end, or to the first statement that is not read."""
@@ -48,10 +52,11 @@ class KlartextReader(CycleCalls):
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
         self._unsure = self._shortest = False  # it has ended within the plane; M126
         self._pole: Pole | None = None
+        self._going: complex | None = None  # X + iY: which way the last cut goes where it ends
         super().read(text)
 
     def _statements(self, text: str) -> list[tuple[int, str]]:
-        return klartext_values.statements(text)
+        return with_programs(klartext_values.statements(text), self.file, klartext_values.statements)
 
     def _order(self, rows: list[Row]) -> Ordered:
         return LabelRun(rows, self._computed.of)
@@ -65,7 +70,11 @@ class KlartextReader(CycleCalls):
             self._turn_along(re.findall(r"M0*(\d+)", turned[2]), line)
             return
         row = re.sub(r"(?<=[A-Z=])([-+]?)(Q[LR]?\d+)", self._number_of, row)
-        if self._unsure and re.match(r"(L|LN|C|CR|CP|LP|CYCL CALL) ", row) and not re.search(r"\bM(9[12]|140)\b", row):
+        if (
+            self._unsure
+            and re.match(r"(L|LN|C|CR|CP|CT|LP|CYCL CALL) ", row)
+            and not re.search(r"\bM(9[12]|140)\b", row)
+        ):
             raise UnreadError("a motion in a tilted plane whose datum shift has ended")
         row = "CYCL CALL" if row == "M99" else row
         head, _, rest = row.partition(" ")
@@ -75,7 +84,7 @@ class KlartextReader(CycleCalls):
             self._block(["G20" if row.endswith("INCH") else "G21", "G17", "G90", "G94"], line)
         elif head in ("L", "LN", "M140"):
             self._straight(row if head == "M140" else rest, line)
-        elif head in ("C", "CR", "CP", "LP"):
+        elif head in ("C", "CR", "CP", "CT", "LP"):
             self._round(head, rest, line)
         elif corner := re.fullmatch(rf"(RND R|CHF) ?({NUMBER})(?: F ?({NUMBER}))?", row):
             self._round_off(corner, line)
@@ -111,6 +120,7 @@ class KlartextReader(CycleCalls):
         """RND and CHF between the last motion and the next one; a chamfer is as long as its sides."""
         size, feed = float(found[2]) * self._scale, None if found[3] is None else float(found[3]) * self._scale / 60.0
         want = Wanted(radius=size, feed=feed) if found[1] == "RND R" else Wanted(side=size, feed=feed)
+        self._going = None
         self._tell.corner(want, self._stand.about(np.array([0.0, 0.0, 1.0])), line)
 
     def _plane_of(self, row: str) -> None:
@@ -243,6 +253,9 @@ class KlartextReader(CycleCalls):
             self._block(["G53", "G0" if rapid else "G1", *block], line)
         elif to or vector:
             self._block(["G0" if rapid else "G1", *block], line, vector)
+            ends = self._here | to
+            flat = not rapid and {"X", "Y"} <= self._here.keys()
+            self._going = complex(ends["X"] - self._here["X"], ends["Y"] - self._here["Y"]) or None if flat else None
             self._here |= {letter: value for letter, value in to.items() if letter in "XYZ"}
         elif feed:
             self._block(feed, line)
@@ -265,10 +278,11 @@ class KlartextReader(CycleCalls):
         self._switch(codes, line, first=True)
         feed = self._fed(words)
         to, more, sense = self._ends(words, rapid=rapid), list[str](), words.pop("DR", "")
-        pole = (None if kind == "CR" else self._pole) or Pole("XY", (0.0, 0.0))
+        pole = (None if kind in ("CR", "CT") else self._pole) or Pole("XY", (0.0, 0.0))
         first, second = pole.axes[0], pole.axes[1]
         begun = {first, second} <= self._here.keys() or (kind == "LP" and {"PR", "PA"} <= words.keys())
-        if not begun or (kind != "CR" and self._pole is None) or (kind != "LP" and not sense):
+        bare = kind in ("CR", "CT")
+        if not begun or (not bare and self._pole is None) or (bool(sense) == (kind == "CT") and kind != "LP"):
             raise UnreadError(f"{kind} from where the tool isn't known to be, or without its pole or sense")
         x, y = self._here.get(first, 0.0), self._here.get(second, 0.0)
         cx, cy = pole.at
@@ -276,6 +290,9 @@ class KlartextReader(CycleCalls):
             to, more = polar_end(kind, words, to, pole, (x - cx, y - cy))
         if kind == "CR":
             more = [f"R{words.pop('R', 'nan')}"]
+        elif kind == "CT":
+            by, sense = smooth_arc(self._going, complex(to.get("X", x) - x, to.get("Y", y) - y))
+            more = [f"I{by.real:.9f}", f"J{by.imag:.9f}"]
         elif kind != "LP":
             more += [f"{'IJK'['XYZ'.index(k)]}{by:.9f}" for k, by in ((first, cx - x), (second, cy - y))]
         if words or "nan" in more[0:1]:
@@ -285,6 +302,10 @@ class KlartextReader(CycleCalls):
         motion = ("G0" if rapid else "G1") if kind == "LP" else "G3" if sense == "+" else "G2"
         self._block([pole.plane, motion, *ends, *more, *feed], line)
         self._block(["G17"], line)
+        self._going = None
+        if kind not in ("LP", "CR") and pole.axes == "XY":
+            ray = complex(to["X"] - x, to["Y"] - y) - (by if kind == "CT" else complex(cx - x, cy - y))
+            self._going = ray * (1j if sense == "+" else -1j)
         self._here |= to
         if called:
             self._hole([], line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
 from typing import NamedTuple
@@ -10,7 +11,18 @@ from camrob.witness.cl.foreign.foreign_words import UnreadError
 from camrob.witness.cl.foreign.klartext_values import NUMBER
 from camrob.witness.units import deg_to_rad, rad_to_deg
 
-__all__ = ["FIRST", "LAST", "MODAL_CALL", "QUIET", "Pole", "folded_by", "formula_of", "polar_end", "unread_code"]
+__all__ = [
+    "FIRST",
+    "LAST",
+    "MODAL_CALL",
+    "QUIET",
+    "Pole",
+    "folded_by",
+    "formula_of",
+    "polar_end",
+    "smooth_arc",
+    "unread_code",
+]
 
 FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
 LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
@@ -73,14 +85,27 @@ def polar_end(
     return {**to, first: cx + radius * math.cos(ray), second: cy + radius * math.sin(ray)}, more
 
 
+def smooth_arc(going: complex | None, chord: complex) -> tuple[complex, str]:
+    """CT: its centre as seen from where it begins, and its sense; going: the way of the cut before it.
+
+    The chord stands at half the arc's angle to the way. Raises UnreadError where there is no such arc.
+    """
+    if going is None or not chord:
+        raise UnreadError("CT behind no cut whose way is known, or to where it begins")
+    half = cmath.phase(chord / going)
+    if abs(math.sin(half)) < 1e-6:
+        raise UnreadError("CT to a place straight ahead")
+    return 1j * going / abs(going) * abs(chord) / (2.0 * math.sin(half)), "+" if half > 0.0 else "-"
+
+
 def formula_of(name: str, text: str, row: str) -> str:
     """What Q1 = ..., or FN 0 to FN 4, gives a parameter, in brackets where Heidenhain's functions have none.
 
     Raises UnreadError for a parameter of the control's own, and for FN with more than two values.
     """
     text = text.replace(" DIV ", "/")
-    if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS)\b(?! ?\()", text):
-        text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS) ?([-+]?(?:Q[LR]?\d+|[\d.]+))", r"\1(\2)", text)
+    if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS|INT|FRAC|NEG)\b(?! ?\()", text):
+        text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS|INT|FRAC|NEG) ?([-+]?(?:Q[LR]?\d+|[\d.]+))", r"\1(\2)", text)
     many = re.match(r"FN ?[1-4]", row) and re.search(r"[-+*/][-+ ]*[-+*/][^Q\d]", text)
     if (name[1:].isdigit() and int(name[1:]) in range(100, 200)) or many:
         raise UnreadError(f"{row[:24]}, computed")

@@ -40,8 +40,12 @@ _MOST_PLACES = 10_000
 def statements(text: str) -> list[tuple[int, str]]:
     """Statements with their lines: block numbers, comments and a sheet before the program off, lines of one joined."""
     rows: list[tuple[int, str]] = []
-    goes_on = cycle = False
+    goes_on = cycle = remark = False
     for i, raw in enumerate(text.split("\n"), 1):
+        going = raw.rstrip().endswith("~")
+        if remark or (going and re.match(r"\s*(\d+\s+)?;", raw)):
+            remark = going  # a comment that goes on in the next line
+            continue
         row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
         cycle = cycle and bool(re.match(r"Q[2-4]\d\d ?= ?\S+$", row))  # values of a cycle, a line each
         if (goes_on or cycle) and rows:
@@ -49,7 +53,7 @@ def statements(text: str) -> list[tuple[int, str]]:
         elif row := re.sub(r"^/? ?(?:N?\d+(?: |$))?/? ?", "", row.rstrip("~ ")):
             rows.append((i, _joined_signs(row)))
             cycle = bool(re.match(r"CYCL DEF [2-4]\d\d\b(?!\.)", row)) and "=" not in row
-        goes_on = raw.rstrip().endswith("~")
+        goes_on = going
     first = next((k for k, (_, row) in enumerate(rows) if row.startswith("BEGIN PGM")), 0)
     return [row for k, row in enumerate(rows) if k >= first or row[1][0] != "("]
 

@@ -24,6 +24,7 @@ class Machined(Switching):
     """Tells straight blocks; those that turn a known machine's axes piece by piece. beside: text of other files."""
 
     beside = ""
+    ngc = False  # the file's suffix is LinuxCNC's
 
     def _process(self, g: list[str], m: list[str], words: Words, line: int, moves: bool) -> None:
         """What comes before the block's motion; the head of a known machine turns the tool that is in it then."""

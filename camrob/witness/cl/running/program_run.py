@@ -19,9 +19,10 @@ _O_WORDS = re.compile(r"#<|\*\*|EXISTS\[")
 _SUM = re.compile(r"^(N\d+)?#[^=]*=(.*)")
 
 
-def run_of(rows: list[Row], ask: Ask) -> Running | None:
+def run_of(rows: list[Row], ask: Ask, *, own: bool = False) -> Running | None:
     """How the blocks (without blanks and comments, upper case) of a program that computes are run; None for one that doesn't.
 
+    own: the file's suffix is LinuxCNC's.
     Raises UnreadError for a program of two controls.
     """
     if not any(_COMPUTED.search(block) or O_WORD.match(block) for _, block in rows):
@@ -29,6 +30,7 @@ def run_of(rows: list[Row], ask: Ask) -> Running | None:
     words = any(O_WORD.match(block) for _, block in rows)
     linuxcnc = words or any(_O_WORDS.search(block) for _, block in rows)
     fanuc = any(_MACRO.search(block) or _summed(block) for _, block in rows)
+    linuxcnc = linuxcnc or (own and not fanuc)
     styles = (Style.MACRO,) if fanuc else (Style.O_WORDS,) if linuxcnc else tuple(Style)
     if fanuc and linuxcnc:
         raise UnreadError("words of Fanuc's and of LinuxCNC's")
