@@ -93,7 +93,7 @@ class Shrunk(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CornerFigures(Summary):
-    """Of the rounding of corners alone: the distance that the programs ask for, None where they ask for several."""
+    """Of the rounding of corners alone: the distance that programs ask for, None where they ask for several."""
 
     programmed_cdis_mm: float | None
 
@@ -106,7 +106,8 @@ class EffectFound(OpenSummary):
     implausible, unusual: what speaks against its values, "" for nothing. compensable: whether `compensate` can correct it.
     regimes: what such an effect follows. remedy: what a person does about it, "" where nobody has said. isolated_by: the run
     that would show it alone. of_machine: whether the tool itself is elsewhere, and not only the reading of it. physics: what it
-    is, in a sentence. Files of before 2026-11-26 lack these four.
+    is, in a sentence. Files of before 2026-11-26 lack these four. axis_moves_mm: how far each of its axes moves the tool by its
+    own values, rms; stands_out: of these the one that does far more than the others, or those that differ from what all share.
     """
 
     effect: str
@@ -138,6 +139,8 @@ class EffectFound(OpenSummary):
     isolated_by: str = ""
     of_machine: bool = True
     physics: str = ""
+    axis_moves_mm: Mapping[str, float] | None = left_out()
+    stands_out: tuple[str, ...] = left_out(())
 
     @property
     def claimed(self) -> bool:
@@ -207,9 +210,7 @@ class UnknownShape(OpenSummary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownPlace(OpenSummary):
-    """Where what is unknown sits: its stage (None for nowhere), axes, what it follows, and how it comes back, "" where not:
-    "every 1.14 s", "every 90 mm of E1".
-    """
+    """Where the unknown sits: stage (None for nowhere), axes, what it follows, how it comes back ("every 1.14 s", "" for not)."""
 
     stage: str | None = keyed("rung")
     axes: tuple[str, ...]
@@ -300,8 +301,8 @@ class ExperimentWritten(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExperimentFigures(OpenSummary):
-    """The motion to run next, and the sets that it tells apart; separation: mm by which they lie
-    apart on it, or that what is unexplained moves the tool by; expected: mm rms that each of the two expects there.
+    """The motion to run next, and the sets that it tells apart; separation: mm by which they lie apart on it, or that what is
+    unexplained moves the tool by; expected: mm rms that each of the two expects there.
     """
 
     motion: str

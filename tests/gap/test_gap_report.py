@@ -66,12 +66,15 @@ def test_the_terminal_s_summary_fits_and_says_the_same() -> None:
         assert words in " ".join(text.split())
 
 
-def test_the_page_holds_every_part_and_begins_with_the_sentence() -> None:
+def test_the_page_holds_every_part_and_begins_with_what_where_and_what_to_do() -> None:
     page = diagnosis_report(play().summary, play().paths)
-    assert '<div class="verdict good"><strong>Explained</strong>' in page
+    assert (
+        '<div class="verdict lines good"><strong>Explained</strong><dl><div><dt>What</dt><dd>Backlash of A2 (9' in page
+    )
     heads = (
         "What to do",
         "Next experiment",
+        "In full",
         "The path, coloured by the error",
         "Where the gap lies",
         "What the logs lack, and what that costs",

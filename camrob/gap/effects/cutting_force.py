@@ -46,7 +46,10 @@ EFFECT = Effect(
     experiment="run the same program in air: what force causes is gone",
     remedy=(
         "take less off a pass, or post with postures that are stiff under this force (camrob post --method planned "
-        "--for-accuracy); where it gives way far more than its like, look at the spindle's mount and bearing first"
+        "--for-accuracy)"
+    ),
+    odd_axis=(
+        "look at the spindle's mount and bearing, as it gives way far more than its like; if they are sound, take less off a pass"
     ),
     units=_units,
     columns=_columns,

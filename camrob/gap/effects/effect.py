@@ -122,8 +122,9 @@ class Effect:
     """An effect.
 
     physics: what happens, in a sentence. stages: where between program and TCP it can show. regimes: what it depends on.
-    experiment: the motion that would isolate it. remedy: what a person does about it, "" where nobody has said. units: what
-    may be in or out on these logs, none where it can't show. columns: one a parameter. start: the state before anything is
+    experiment: the motion that would isolate it. remedy: what a person does about it, "" where nobody has said; odd_axis: what
+    about "{axis}", where it does far more of it than its like, or about what has no axis, where it does; "" for the same. units:
+    what may be in or out on these logs, none where it can't show. columns: one a parameter. start: the state before anything is
     known; refine: the next state from fitted values, by parameter name; trials: changes of the state to choose among by what
     they leave unexplained. accuracy: by what share of itself the description may be wrong. terms: the names of a unit's
     parameters in the one error model (`calibrate.terms`) that calibrate, compensate and diagnose share, in their order; ()
@@ -166,6 +167,7 @@ class Effect:
     at_reversals: bool = False
     wider: Wider = not_wider
     remedy: str = ""
+    odd_axis: str = ""
     likewise: Likewise = none_likewise
     stand_in: StandIn = no_stand_in
     stands_in: str = ""

@@ -81,10 +81,8 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="turn the axis alone slowly through its range, both ways: waves at the same places of the axis both ways",
-    remedy=(
-        "where an axis stands out from its like, have its gear looked at; otherwise it is what gears are like, and "
-        "is corrected in the program"
-    ),
+    remedy="nothing to adjust: gears are like that, and no axis stands out from its like; it is corrected in the program",
+    odd_axis="have the gear of {axis} looked at, which stands out from its like",
     units=_units,
     columns=_columns,
     accuracy=0.02,

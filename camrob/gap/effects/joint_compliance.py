@@ -95,9 +95,10 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("load", "position"),
     experiment="run the same path with another payload: compliance changes with it, zeros and geometry don't",
-    remedy=(
-        "nothing to adjust: every arm gives way under its weight, and it is corrected in the program; where an axis is far "
-        "softer than its like, weigh the tool and check the load data before its gear or bearing is looked at"
+    remedy="nothing to adjust: every arm gives way under its weight, and it is corrected in the program",
+    odd_axis=(
+        "weigh the tool and check the load data; only if they are right is the gear or bearing of {axis} to be looked at, as it "
+        "is far softer than its like"
     ),
     units=_units,
     columns=_columns,

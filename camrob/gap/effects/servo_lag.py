@@ -123,10 +123,8 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder",),
     regimes=("speed",),
     experiment="run the path at half speed: what lag causes halves, play and geometry stay",
-    remedy=(
-        "nothing is broken where all axes lag alike: lower the feed where it counts, or have the feed-forward switched on; of an "
-        "axis that lags otherwise, gain, feed-forward and filters are compared with the others'"
-    ),
+    remedy="nothing is broken, all axes lag alike: lower the feed where it counts, or have the feed-forward switched on",
+    odd_axis="have gain, feed-forward and filters of {axis} compared with those of the other axes",
     units=_units,
     columns=_columns,
     refine=_refine,

@@ -10,10 +10,11 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import covered_by
 from camrob.gap.evidence.model import Model, members_of, seen_rms
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage
+from camrob.gap.locate.which_axis import NO_AXIS, fitted_values, which_axis
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.part_of_cycle import energy_of
 from camrob.gap.verdict.plausible import unusual
-from camrob.summaries.diagnosis_summary import EffectFound, FittedValue
+from camrob.summaries.diagnosis_summary import EffectFound
 from camrob.units import m_to_mm
 
 __all__ = ["effects_found"]
@@ -23,6 +24,7 @@ Set = frozenset[int]
 _WORTH_A_LINE = 0.02  # of probability
 _OWN_PART = 0.05  # of the energy of what all axes have alike: an axis's own part beside it is a word worth
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
+_CLAIMED = 0.5  # of probability, from which it is said which axis does it
 
 
 def effects_found(
@@ -46,10 +48,8 @@ def effects_found(
             # not in the best set: judged by what it would be on top of it
             own = frozenset(i for i, u in enumerate(model.units) if u.effect == effect.name)
         rest = model.best.members | own
-        joint = shrinkage(model, trial, rest, own)
-        alone = shrinkage(model, trial, own)
+        joint, everything = (shrinkage(model, trial, rest, one) for one in (own, rest))
         last = shrinkage(model, trial, rest, rest - own)
-        everything = shrinkage(model, trial, rest, rest)
         twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
         twins += [n for n in wider.get(effect.name, ()) if n not in twins]
         if in_world and effect.twin_in_world:
@@ -59,16 +59,16 @@ def effects_found(
         evidence, of_class = (
             sum(q for names, q in model.sets.items() if names & wanted) for wanted in (frozenset([effect.name]), alike)
         )
-        added = Shrinkage(last.after, everything.after, everything.block)
+        which = which_axis(model, own) if p >= _CLAIMED else NO_AXIS
         entries.append(
             EffectFound(
                 effect=effect.name,
                 axes=(axes := _axes(model, own)),
                 probability=p,
-                parameters=_parameters(model, own),
+                parameters=fitted_values(model, own),
                 **figures(joint).to_json(),
-                alone=figures(alone),
-                added_last=figures(added),
+                alone=figures(shrinkage(model, trial, own)),
+                added_last=figures(Shrinkage(last.after, everything.after, everything.block)),
                 moves_mm=m_to_mm(seen_rms(model, model.panels, effect.name)),
                 indistinguishable_from=tuple(twins),
                 alike=tuple(sorted(alike)),
@@ -76,13 +76,15 @@ def effects_found(
                 evidence=evidence,
                 implausible=reasons.get(effect.name, ""),
                 compensable=effect.compensable,
-                stages=tuple(effect.stages),
-                regimes=tuple(effect.regimes),
+                stages=effect.stages,
+                regimes=effect.regimes,
                 unusual=seldom.get(effect.name, ""),
-                remedy=effect.remedy,
+                remedy=which.remedy(effect),
                 isolated_by=_of_axis(effect.experiment, axes),
                 of_machine=effect.of_machine,
                 physics=effect.physics,
+                axis_moves_mm=which.moves_mm,
+                stands_out=which.stands_out,
             )
         )
     return tuple(sorted(entries, key=lambda e: (-e.probability, -e.shrink)))
@@ -105,16 +107,3 @@ def _axes(model: Model, own: Set) -> tuple[str, ...]:
     alike = moved.pop("", 0.0)
     least = max(_TOO_SMALL * max(moved.values(), default=0.0), _OWN_PART * alike)
     return tuple(a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > least)
-
-
-def _parameters(model: Model, own: Set) -> dict[str, FittedValue]:
-    deviations = np.sqrt(np.maximum(np.diag(model.best.cov), 0.0))
-    return {
-        parameter.name: FittedValue(
-            value=parameter.at_edge(float(model.best.mean[k])),
-            std=parameter.at_edge(float(deviations[k])),
-            usual=parameter.at_edge(parameter.usual),
-        )
-        for k, (parameter, owner) in enumerate(zip(model.design.parameters, model.design.owner, strict=True))
-        if int(owner) in own
-    }

@@ -8,7 +8,19 @@ from collections.abc import Mapping
 
 from camrob.summaries.diagnosis_summary import FittedValue
 
-__all__ = ["fitted", "measure", "mm", "ordinary", "parameter_words", "share", "sure", "to_mm", "values_of", "waves"]
+__all__ = [
+    "beyond_ordinary",
+    "fitted",
+    "measure",
+    "mm",
+    "ordinary",
+    "parameter_words",
+    "share",
+    "sure",
+    "to_mm",
+    "values_of",
+    "waves",
+]
 
 _UNITS = {
     "_rad_nm": "rad/Nm",
@@ -91,6 +103,18 @@ def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[st
         return [f"none of its {len(known)} values is beyond its own doubt"], 0
     texts = texts or [f"{words} {fitted(value, std, unit)}" for value, std, words, unit in known]
     return texts, len(known) - len(texts)
+
+
+def beyond_ordinary(
+    parameters: Mapping[str, FittedValue], times: float
+) -> tuple[tuple[str, str], FittedValue, float] | None:
+    """The first of an effect's values that is so many times an ordinary one and more: its words and unit, itself, how many times.
+    None where none is, or nobody has said what is ordinary.
+    """
+    for name, value in parameters.items():
+        if value.usual > 0.0 and abs(value.value) >= max(times * value.usual, value.std):
+            return parameter_words(name), value, abs(value.value) / value.usual
+    return None
 
 
 def ordinary(parameters: Mapping[str, FittedValue]) -> str:

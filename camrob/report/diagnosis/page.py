@@ -1,4 +1,4 @@
-"""The report of a diagnosis: first a sentence, then pictures."""
+"""The report of a diagnosis: first what, where and what to do, then pictures."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.bars import axes_read, place_charts, rest_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_clouds
 from camrob.report.diagnosis.drives import drives_section
+from camrob.report.diagnosis.head import head_lines
 from camrob.report.diagnosis.next_section import next_section
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
@@ -27,7 +28,7 @@ from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, page
-from camrob.report.page.parts import card_row, chart_box, page_body, section, table, verdict_bar
+from camrob.report.page.parts import card_row, chart_box, page_body, section, table, verdict_lines
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 from camrob.units import s_to_ms
 
@@ -54,11 +55,12 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
     body = page_body(
         f"Diagnosis of {escape(summary.cell)}",
         escape(_made_from(summary)),
-        verdict_bar(level, escape(word), escape(said)),
+        verdict_lines(level, escape(word), [(name, escape(text)) for name, text in head_lines(summary)]),
         _cards(summary),
-        _unexplained(summary),
         _to_do(summary),
         next_section(summary),
+        section("In full", f"<p>{escape(said)}</p>"),
+        _unexplained(summary),
         section(f"The {what}, coloured by the error", _clouds(space), _space_caption(summary, claimed=claimed)),
         section("Where the gap lies", _pair(places[:-2]), _caption(_INTERVALS), _alone(summary, [*places[-2:], *rest])),
         _instrument(summary),

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from camrob.report.diagnosis.drives import drives_texts
+from camrob.report.diagnosis.head import head_lines
 from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
 from camrob.report.diagnosis.sentences import (
     between,
@@ -32,12 +33,8 @@ _MOST = 3  # axes and regimes that are shown
 
 
 def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
-    """The summary of `camrob diagnose` for a terminal: the sentence, then what it rests on."""
-    parts: list[RenderableType] = [
-        shown_text(verdict(summary)[0], "bold"),
-        shown_text(" ".join(one for one in (sentence(summary), reading_text(summary)) if one)),
-        Text(""),
-    ]
+    """The summary of `camrob diagnose` for a terminal: what, where and what to do first, then what that rests on."""
+    parts: list[RenderableType] = [shown_text(verdict(summary)[0], "bold"), _head(summary), Text("")]
     if summary.effects:
         parts += [_causes(summary), shown_text(f"mm rms {withheld_text(summary)}, without → with the effect.", "dim")]
     for e in summary.claimed:
@@ -46,6 +43,15 @@ def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
             parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {plain_name(e.effect)}."))
     parts += [Text(""), _facts(summary)]
     return Group(*parts)
+
+
+def _head(summary: DiagnosisSummary) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
+    table.add_column(no_wrap=True, style="bold")
+    table.add_column()
+    for name, text in head_lines(summary):
+        table.add_row(name.lower(), shown_text(text))
+    return table
 
 
 def _causes(summary: DiagnosisSummary) -> Table:
@@ -75,7 +81,8 @@ def _facts(summary: DiagnosisSummary) -> Table:
         f"{between(k, summary).removeprefix('between ').replace(' and ', ' to ')} {'not logged' if v is None else mm(v)}"
         for k, v in where.stages.items()
     ]
-    rows = [("by stage", ", ".join(stages))]
+    said = " ".join(one for one in (sentence(summary), reading_text(summary)) if one)
+    rows = [("in full", said), ("by stage", ", ".join(stages))]
     if summary.status != "no gap":  # shares of noise say nothing
         rows += [
             ("by axis", _largest(where.axes, summary.blamed_axes)),

@@ -11,7 +11,7 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, Fi
 from camrob.text import printable
 from camrob.units import m_to_mm
 
-__all__ = ["to_do"]
+__all__ = ["in_doubt", "to_do"]
 
 _AXES = 4  # of an effect that are named
 _ENTERED = re.compile(r"[A-Z]\d+_(?:deg|scale|by_\w+)")  # values of an axis that a controller takes
@@ -24,8 +24,7 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     """What to do, and about what, in the order in which it is worth doing; nothing where there is no gap."""
     if summary.status == "no gap":
         return []
-    claimed = sorted(summary.claimed, key=lambda e: -e.moves_mm)
-    alike = [e for e in claimed if e.like_others or _no_surer_than_its_like(e, claimed)]
+    claimed, alike = sorted(summary.claimed, key=lambda e: -e.moves_mm), in_doubt(summary)
     steps = [
         (_about(e), f"{e.remedy or 'what to do is not said in its description'}{_to_enter(e)}")
         for e in claimed
@@ -42,6 +41,12 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     if any(e.of_machine and not only_first(e) for e in claimed):
         steps.append(("in the program", _in_program(summary)))
     return [(printable(what), printable(text)) for what, text in steps]
+
+
+def in_doubt(summary: DiagnosisSummary) -> list[EffectFound]:
+    """Claims that may be another cause as well, so that nothing is to be changed for them yet, the largest first."""
+    claimed = sorted(summary.claimed, key=lambda e: -e.moves_mm)
+    return [e for e in claimed if e.like_others or _no_surer_than_its_like(e, claimed)]
 
 
 def _no_surer_than_its_like(entry: EffectFound, claimed: Sequence[EffectFound]) -> bool:

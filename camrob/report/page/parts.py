@@ -22,6 +22,7 @@ __all__ = [
     "section",
     "table",
     "verdict_bar",
+    "verdict_lines",
 ]
 
 TABLE, TABLE_END = '<div class="scroll whole"><table>', "</table></div>"
@@ -48,6 +49,12 @@ def page_body(title: str, made: str, *parts: str, note: str = "") -> str:
 def verdict_bar(level: str, word: str, text: str) -> str:
     """What a page comes to, first of all: a word and a sentence (HTML). level: "good", "warn", "info" or "bad"."""
     return f'<div class="verdict {level}"><strong>{word}</strong><span>{text}</span></div>'
+
+
+def verdict_lines(level: str, word: str, lines: Sequence[tuple[str, str]]) -> str:
+    """What a page comes to, first of all: a word, and lines that have a heading each (HTML). level: as of `verdict_bar`."""
+    rows = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in lines)
+    return f'<div class="verdict lines {level}"><strong>{word}</strong><dl>{rows}</dl></div>'
 
 
 def section(title: str, *parts: str) -> str:

@@ -1,0 +1,150 @@
+"""The three lines that a technician reads first, from summaries made up for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from summary_samples import diagnosis_summary, effect_found
+
+from camrob.report.diagnosis.head import head_lines, too_large
+from camrob.summaries.diagnosis_summary import DiagnosisSummary
+
+UNKNOWN: dict[str, Any] = {
+    "probability": 0.99,
+    "rms_mm": 0.198,
+    "share": 0.436,
+    "text": "",
+    "where": {"rung": "encoder_to_tcp", "axes": ["A1"], "regimes": ["position", "load", "time"], "comes_back": ""},
+    "shapes": [],
+    "implausible": {},
+}
+PLAY = effect_found(
+    "backlash",
+    ["A2"],
+    {"A2_deg": 0.031},
+    remedy="have the play of these axes taken up (gear, and the belt); until then come to what matters from one side",
+    isolated_by="move A2 alone",
+    axis_moves_mm={"A2": 0.29},
+    stands_out=["A2"],
+)
+
+
+def said(*effects: dict[str, Any], **other: Any) -> dict[str, str]:
+    return dict(head_lines(diagnosis_summary(effects=list(effects), **other)))
+
+
+def test_a_sure_cause_is_what_where_and_one_step() -> None:
+    lines = said(PLAY, within={"setpoint_to_encoder": "noise", "encoder_to_tcp": "beyond"})
+    assert list(lines) == ["What", "Where", "Do first"]
+    assert (
+        lines["What"] == "Backlash of A2 (97 % sure). 0.300 → 0.070 mm rms on a run that took no part; noise 0.030 mm."
+    )
+    assert lines["Where"] == "Between encoder and TCP; A2 alone; follows the direction."
+    assert lines["Do first"] == (
+        "Have the play of A2 taken up (gear, and the belt). Leave alone: the drives, which follow their set-points."
+    )
+
+
+def test_what_may_be_another_is_asked_before_anything_is_changed() -> None:
+    doubtful = PLAY | {"probability": 0.78, "indistinguishable_from": ["hysteresis"]}
+    lines = said(doubtful)
+    assert "Backlash of A2 (78 % sure, or hysteresis)" in lines["What"]
+    assert lines["Do first"].startswith("Move A2 alone. ") and "Change nothing for backlash" in lines["Do first"]
+
+
+def test_what_stays_is_said_with_its_place_and_asked_first_where_it_is_most_of_the_gap() -> None:
+    doubtful = PLAY | {"probability": 0.78, "indistinguishable_from": ["hysteresis"]}
+    lines = said(doubtful, unknown=UNKNOWN)
+    assert "0.198 mm stay that have no known cause" in lines["What"]
+    assert lines["Where"].endswith("What stays: between encoder and TCP; A1; follows position and load.")
+    lines = said(
+        doubtful,
+        unknown=UNKNOWN | {"rms_mm": 0.297},
+        next_experiment="Isolate what is unexplained: run A1; look for it.",
+    )
+    assert lines["Do first"].startswith("Run A1. ")
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"indistinguishable_from": ["geometry"], "probability": 0.6}, "what looks alike in these logs (geometry)"),
+        ({"probability": 0.6}, "something is broken there, or another cause stands behind it"),
+        ({}, "is seldom so much"),
+    ],
+)
+def test_a_value_that_no_such_machine_has_is_said_to_be_none(other: dict[str, Any], words: str) -> None:
+    load = effect_found("payload", [], {"mass_kg": 312.0}) | other
+    load["parameters"]["mass_kg"] |= {"usual": 49.5}
+    assert "mass 312 ± 6 kg, 6 times the ordinary," in said(load)["What"] and words in said(load)["What"]
+    load["parameters"]["mass_kg"] |= {"usual": 60.0}
+    assert words not in said(load)["What"]
+
+
+def test_causes_that_move_the_tool_by_more_than_the_gap_are_said_to_cancel() -> None:
+    lag, late = (effect_found(name, [], {"tau_s": 0.02}, moves_mm=5.5) for name in ("servo_lag", "latency"))
+    words = said(lag, late)["What"]
+    assert (
+        "Servo lag (5.50 mm) and latency (5.50 mm) would move the tool by more than the gap: they work against" in words
+    )
+    one = diagnosis_summary(effects=[lag, PLAY])
+    assert [too_large(e, one) for e in one.effects] == [True, False]
+    assert "it works against another cause" in dict(head_lines(one))["What"]
+
+
+@pytest.mark.parametrize(
+    ("moves", "odd", "words"),
+    [
+        ({"A3": 0.2, "A2": 0.05}, ["A3"], "A3 stands out (0.200 mm; A2, the next, 0.050 mm)"),
+        ({"A3": 0.2, "A2": 0.19}, [], "none of A3 and A2 stands out"),
+        ({"A3": 0.9, "A2": 0.9}, [], "which of A3 and A2, these logs don't tell: they cancel in part"),
+    ],
+)
+def test_whether_one_axis_stands_out_is_said(moves: dict[str, float], odd: list[str], words: str) -> None:
+    several = effect_found("backlash", list(moves), {"A2_deg": 0.1}, axis_moves_mm=moves, stands_out=odd)
+    assert words in said(several)["Where"]
+
+
+def test_what_all_axes_share_is_said_apart_from_the_one_that_differs() -> None:
+    lag = effect_found("servo_lag", [], {"tau_s": 0.02}, rungs=["setpoint_to_encoder"])
+    assert said(lag)["Where"].startswith("Between set-point and encoder; all axes alike; ")
+    odd = lag | {"axes": ["A1"], "axis_moves_mm": {"A1": 0.1}, "stands_out": ["A1"]}
+    odd["parameters"] = lag["parameters"] | {"A1_beyond_s": {"value": 0.01, "std": 0.001}}
+    assert "all axes, and A1 otherwise than the rest" in said(odd)["Where"]
+
+
+def test_nothing_claimed_is_said_as_that_and_nothing_is_touched() -> None:
+    lines = said(
+        status="unexplained",
+        unknown=UNKNOWN,
+        within={"setpoint_to_encoder": "noise", "encoder_to_tcp": "beyond"},
+        next_experiment="Isolate what is unexplained: run A1 alone; look for a wave. Expected is at least 0.1 mm.",
+    )
+    assert lines["What"].startswith("Something that has no name here: the gap is 0.300 mm rms")
+    assert lines["Where"] == "Between encoder and TCP; A1; follows position and load."
+    assert lines["Do first"].startswith("Run A1 alone. Leave alone: all of the machine until that run has told")
+    impossible = UNKNOWN | {"implausible": {"lean": "9 degrees where 5 is"}}
+    assert "Lean fits with values alone that no machine has" in said(status="unexplained", unknown=impossible)["What"]
+
+
+def test_a_reading_s_error_leaves_the_robot_alone() -> None:
+    late = effect_found("latency", [], {"delay_s": 0.02}, of_machine=False, remedy="nothing at the robot: one clock")
+    lines = said(late)
+    assert lines["Where"].startswith("In the reading, not in the machine")
+    assert (
+        lines["Do first"]
+        == "Nothing at the robot: one clock. Leave alone: the robot, as it is the reading that is off."
+    )
+
+
+def test_no_gap_is_two_lines_and_asks_for_nothing() -> None:
+    lines = said(status="no gap", within={"encoder_to_tcp": "noise"})
+    assert list(lines) == ["What", "Do first"] and lines["Do first"].startswith("Nothing")
+
+
+def test_files_of_before_say_no_more_than_they_know() -> None:
+    summary = diagnosis_summary(effects=[PLAY])
+    old = {k: v for k, v in PLAY.items() if k not in ("axis_moves_mm", "stands_out", "remedy")}
+    assert "alone" not in said(old)["Where"] and said(old)["Do first"]
+    assert DiagnosisSummary.from_json(summary.to_json()) == summary
