@@ -148,3 +148,13 @@ def test_files_of_before_say_no_more_than_they_know() -> None:
     old = {k: v for k, v in PLAY.items() if k not in ("axis_moves_mm", "stands_out", "remedy")}
     assert "alone" not in said(old)["Where"] and said(old)["Do first"]
     assert DiagnosisSummary.from_json(summary.to_json()) == summary
+
+
+def test_where_there_is_nothing_to_adjust_the_next_deed_is_said_too() -> None:
+    soft = effect_found(
+        "joint_compliance", ["A2"], {"A2_rad_nm": 1e-6}, moves_mm=0.5, remedy="nothing to adjust: so it is"
+    )
+    assert said(soft, PLAY)["Do first"].startswith(
+        "Joint compliance of A2: nothing to adjust. Backlash of A2: have the play of A2 taken up"
+    )
+    assert said(soft | {"moves_mm": 2.0}, PLAY)["Do first"].startswith("Nothing to adjust: so it is.")

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.joint import Role
 from camrob.gap.effects.common import PLACES
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import some_rows, whole_gap
@@ -45,6 +46,7 @@ _PUSH = 0.5  # of a strong acceleration (its 80 % quantile): what is loose rolls
 _RIDGE = 1e-8  # of a column's own square
 _A_VALUE = 0.0015  # share that each fitted value costs
 _STILL = 1e-6  # rad or m: an axis that doesn't move
+_BENDS, _CREEPS = 4, 1e-3  # powers of the place on a rail; of its highest speed, under which an axis stands
 
 
 _Candidate = tuple[str, str, Array, Array]
@@ -53,8 +55,8 @@ _Candidate = tuple[str, str, Array, Array]
 @dataclass(frozen=True, slots=True)
 class LikelyPart:
     """moves: an axis, `FOOT`, `TOOL` or `INSTRUMENT`; follows: a regime; share: of the energy beyond the noise that was withheld,
-    less the cost of its values; size: rms of what it does, of an axis in its own unit (rad or m), of other parts m at the TCP;
-    period: s of what comes back with the time, else None.
+    less the cost of its values; size: rms of what it does, of an axis that is off along its own motion in its own unit (rad or
+    m), of all else m at the TCP; period: s of what comes back with the time, else None; along: whether it is such an axis.
     """
 
     moves: str
@@ -62,6 +64,7 @@ class LikelyPart:
     share: float
     size: float
     period: float | None = None
+    along: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,20 +95,20 @@ def likely_part(panels: Sequence[Panel], noise: float) -> LikelyPart | None:
     energy = float(np.sum(r.gap**2)) - len(r.gap) * noise**2
     if energy <= 0.0 or len(np.unique(r.fold)) < _FOLDS:
         return None
-    found: list[tuple[float, str, str, Callable[[], float], float | None]] = []
+    found: list[tuple[float, str, str, Callable[[], float], float | None, bool]] = []
     for moves, follows, levers, shape in _steady(r):
         X = _columns(levers, shape)
         if 3 * len(X) > 4 * X.shape[2]:
             share = float(_withheld(X, r.gap, r.fold).sum()) / energy - _A_VALUE * X.shape[2]
-            size = partial(_size, r, levers, shape, axis=levers.shape[2] == 1)
-            found.append((share, moves, follows, size, None))
+            along = levers.shape[2] == 1
+            found.append((share, moves, follows, partial(_size, r, levers, shape, axis=along), None, along))
     for moves, taken, levers, shape, period in _returning(r, panels):
         share = taken / energy - _A_VALUE * levers.shape[2] * shape.shape[1]
-        found.append((share, moves, "time", partial(_size, r, levers, shape, axis=False), period))
+        found.append((share, moves, "time", partial(_size, r, levers, shape, axis=False), period, False))
     if not found:
         return None
-    share, moves, follows, size_of, back = max(found, key=lambda f: f[0])
-    return LikelyPart(moves, follows, share, size_of(), back) if share > 0.0 else None
+    share, moves, follows, size_of, back, along = max(found, key=lambda f: f[0])
+    return LikelyPart(moves, follows, share, size_of(), back, along) if share > 0.0 else None
 
 
 def _columns(levers: Array, shape: Array) -> Array:
@@ -153,6 +156,7 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
     axes = r.panels[0].scene.axes
     behind = {a: r.lever(f"{a}.zero")[:, :, None] for a in axes if f"{a}.zero" in r.panels[0].scene.places}
     yield from ((a, "position", lever, postures) for a, lever in behind.items())
+    yield from _external(r, foot)
     if any(p.scene.poses for p in r.panels):
         return
     speed, hard = (r.of([p.scene.velocity(p.scene.nominal[:, :3, 3], k) for p in r.panels]) for k in (1, 2))
@@ -168,6 +172,36 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
         k = axes.index(a)
         side = r.of([_rolled_over(p.scene.acceleration[:, k]) for p in r.panels])
         yield a, "acceleration", lever, np.stack([np.ones(len(side)), side], axis=1)
+
+
+def _external(r: _Rows, foot: Array) -> Iterator[_Candidate]:
+    """Candidates for a carriage or a table: it moves as a whole, in all directions at once, with its own place or speed."""
+    scene = r.panels[0].scene
+    for a in scene.axes:
+        k, joint = scene.index(a), scene.cell.joints[scene.cell.index(a)]
+        table = joint.role is Role.WORKPIECE and f"{a}.x" in scene.places  # else nobody measures from the table
+        if joint.role is not Role.CARRIAGE and not table:
+            continue
+        at = r.of([p.scene.link[:, k] for p in r.panels])
+        if np.ptp(at) <= _STILL:
+            continue
+        levers = _of_table(r) if table else foot
+        if joint.prismatic:
+            yield a, "position", levers, np.asarray(np.polynomial.legendre.legvander(_scaled(at), _BENDS))
+        else:
+            waves = [f(order * at) for order in (1, 2) for f in (np.cos, np.sin)]
+            yield a, "position", levers, np.stack([np.ones(len(at)), *waves], axis=1)
+        if not any(p.scene.poses for p in r.panels):
+            v = r.of([p.scene.velocity(p.scene.link[:, [k]])[:, 0] for p in r.panels])
+            fast = v / np.abs(v).max()
+            moves = np.abs(fast) > _CREEPS
+            yield a, "speed", levers, np.stack([np.ones(len(v)), fast, np.abs(fast), moves], axis=1)
+
+
+def _of_table(r: _Rows) -> Array:
+    """(N, 3, 6) m of what is measured from a table, that moves along and turns about the axes of the world."""
+    along = -r.of([p.scene.measured_R_world for p in r.panels])
+    return np.concatenate([along, np.cross(along, r.tip[:, :, None], axis=1)], axis=2)
 
 
 def _rolled_over(acceleration: Array) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from camrob.cell.joint import Role
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, members_of, whole_gap
@@ -151,7 +152,7 @@ def _placed(
     elif part is not None and _stands_out(part, least) and not (shapes and _is_field(part)):
         return _of_part(where, part, model, rms)
     elif not shapes:
-        where = _of_one(where, one)
+        where = _of_one(where, one, model)
         where = where if where.axes else _of_doubtful(where, model, panels, one)
         where = where if where.regimes else _followed_by_axis(where, panels, model.noise)
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
@@ -160,7 +161,7 @@ def _placed(
     text += f", and follows {' and '.join(led)}" if led and not where.comes_back else ""
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
-        carriers = [_followed(s.follows) if s.moves not in model.scenes[0].axes else s.moves for s in shapes]
+        carriers = [s.moves if s.stage != _ARM else _sits_at(s.moves, s.follows, model) for s in shapes]
         at = tuple(a for a in dict.fromkeys(carriers) if a in model.scenes[0].axes)
         kinds = tuple(k for k in dict.fromkeys(_regime(s.follows) for s in shapes) if k)
         where = replace(where, stage=shapes[0].stage, axes=at, regimes=kinds)
@@ -186,7 +187,7 @@ def _of_part(
     """The place of a part that explains more than any one shape does, in words, and no shape."""
     axis = part.moves not in (FOOT, TOOL, INSTRUMENT)
     scene = model.scenes[0]
-    linear = not axis or scene.cell.joints[scene.cell.index(part.moves)].prismatic
+    linear = not part.along or scene.cell.joints[scene.cell.index(part.moves)].prismatic
     size = f"{m_to_mm(part.size):.3g} mm" if linear else f"{rad_to_deg(part.size):.3g} degrees"
     back = "" if part.period is None else f"every {part.period:.3g} s"
     name = part.moves if axis else f"the {part.moves}"
@@ -277,15 +278,12 @@ def _returning(where: UnknownPlace, panels: Sequence[Panel], model: Model, share
     return replace(where, axes=(found.quantity,), regimes=regimes, comes_back=f"every {period} of {found.quantity}")
 
 
-def _of_one(where: UnknownPlace, one: SingleShape | None) -> UnknownPlace:
-    """The place of what one part explains most of; as it was where none does. What moves the foot sits at the axis that it
-    follows.
-    """
+def _of_one(where: UnknownPlace, one: SingleShape | None, model: Model) -> UnknownPlace:
+    """The place of what one part explains most of; as it was where none does."""
     if one is None or one.share < _OF_AXIS:
         return where
-    axis = one.moves if not one.moves.startswith("foot") else _followed(one.follows)
-    regime = _regime(one.follows)
-    axes = (axis,) if axis[:1] in "AE" and axis[1:].isdigit() else ()
+    axis, regime = _sits_at(one.moves, one.follows, model), _regime(one.follows)
+    axes = (axis,) if axis in model.scenes[0].axes else ()
     return replace(where, axes=axes, regimes=(regime, *(n for n in where.regimes if n != regime)))
 
 
@@ -313,8 +311,18 @@ def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one
 
 def suspects(model: Model, unknown: Unknown) -> list[str]:
     """Axes whose own motion may show what is unexplained: those that it moves, and those that it follows."""
-    named = [a for s in unknown.shapes for a in (s.moves, _followed(s.follows))]
+    named = [a for s in unknown.shapes for a in (_sits_at(s.moves, s.follows, model), s.moves, _followed(s.follows))]
     return [a for a in dict.fromkeys([*named, *unknown.where.axes]) if a in model.scenes[0].axes]
+
+
+def _sits_at(moves: str, follows: str, model: Model) -> str:
+    """The axis at which a shape behind the encoders sits: the one that it follows where it moves no axis, or an axis of the arm
+    by the motion of a carriage or a table, of which an arm knows nothing.
+    """
+    scene, axis = model.scenes[0], _followed(follows)
+    roles = {a: scene.cell.joints[scene.cell.index(a)].role for a in (moves, axis) if a in scene.axes}
+    foreign = roles.get(moves) is Role.ARM and roles.get(axis) in (Role.CARRIAGE, Role.WORKPIECE)
+    return axis if moves not in roles or foreign else moves
 
 
 def _followed(follows: str) -> str:

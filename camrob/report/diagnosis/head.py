@@ -26,6 +26,8 @@ _STAGE_SOUND = {
     "encoder_to_tcp": "gears, zeros and frames, as the tool is where the encoders say",
 }
 _ALL_ALIKE = "all axes alike"
+_NO_DEED = "nothing to adjust"  # how a remedy begins that is none
+_TRIFLE = 0.2  # of what the largest cause moves the tool by
 
 
 def head_lines(summary: DiagnosisSummary) -> list[tuple[str, str]]:
@@ -211,7 +213,7 @@ def _first(summary: DiagnosisSummary) -> str:
     if not inside:
         step = program[0].remedy if program and program[0].remedy else _next(summary)
     elif inside[0] not in doubtful and inside[0].remedy:
-        step = _of_these(inside[0])
+        step = _of_these([e for e in inside if e not in doubtful])
     elif inside[0].isolated_by and not most_unknown:
         step = _short(inside[0].isolated_by)
     else:
@@ -219,7 +221,18 @@ def _first(summary: DiagnosisSummary) -> str:
     return " ".join([f"{_capital(step)}.", *left])
 
 
-def _of_these(entry: EffectFound) -> str:
+def _of_these(clear: Sequence[EffectFound]) -> str:
+    """The first step of the largest cause's remedy; where there is nothing to adjust, also that of the first one that there is
+    something to do about, where that is no trifle beside it.
+    """
+    first, more = clear[0], (e for e in clear[1:] if e.remedy and not e.remedy.startswith(_NO_DEED))
+    other = next(more, None) if first.remedy.startswith(_NO_DEED) else None
+    if other is None or other.moves_mm < _TRIFLE * first.moves_mm:
+        return _deed(first)
+    return f"{plain_name(first.effect)}{_of(first)}: {_NO_DEED}. {_capital(plain_name(other.effect))}{_of(other)}: {_deed(other)}"
+
+
+def _deed(entry: EffectFound) -> str:
     """The first step of a remedy, with the axes' names where they are few."""
     step = entry.remedy.partition("; ")[0]
     return step.replace("these axes", _listed(entry.axes)) if 0 < len(entry.axes) <= _MOST else step

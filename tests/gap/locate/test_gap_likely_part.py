@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from gap_cases import kr15, poses, simulated
 from stranger_arms import UR, Faults, columns_of, driven, scattered, true_poses
 
 from camrob.cell.read_cell import read_cell
@@ -15,8 +17,9 @@ from camrob.gap.locate.late_together import late_together
 from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, _fastest, likely_part
 from camrob.gap.observation.noise import noise_of
 from camrob.gap.observation.scene import Scene, make_scene
+from camrob.gap.verdict.remains import _sits_at
 from camrob.measurement.log import MeasurementLog
-from camrob.measurement.log_info import LogInfo
+from camrob.measurement.log_info import LogInfo, MeasuredFrame
 
 NOISE = 1e-5 * np.sqrt(3.0)
 
@@ -155,3 +158,45 @@ def test_poses_every_twelve_seconds_tell_no_wave_from_what_each_second_pose_does
     found = _fastest(12.0 * each)
     assert found == pytest.approx(1.0 / 24.0)
     assert _fastest(12.0 * each + np.random.default_rng(1).uniform(0.0, 3.0, 48)) == np.inf
+
+
+def of_kr15(after: Callable, *, in_base: bool) -> Panel:
+    """Poses of an arm on a track beside a table; the tool is elsewhere by after(track, table), m in the world."""
+
+    def apply(world) -> None:
+        world.in_base = in_base
+        world.after += after(world.command[:, 6], world.command[:, 7])
+
+    frame = MeasuredFrame.BASE if in_base else MeasuredFrame.WORLD
+    log = simulated(apply, sigma_mm=0.01, run=poses(160), poses=True, measured_frame=frame)
+    scene = make_scene(log, kr15())
+    return make_panel(scene, 0, build_units([scene], [], {}), [], {}, noise_of(scene), np.ones(len(scene), bool), 10, 0)
+
+
+def rocking(track: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """A plate that rocks and runs out as its table turns."""
+    return 2e-4 * np.stack([np.cos(table), np.sin(2.0 * table), 0.5 * np.cos(2.0 * table)], axis=1)
+
+
+def bowed(track: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """A carriage that leaves the line of its rail to the side and upwards."""
+    return 3e-4 * np.stack([0.0 * track, np.sin(3.0 * track), np.cos(2.0 * track)], axis=1)
+
+
+@pytest.mark.parametrize(("after", "in_base", "axis"), [(rocking, True, "E2"), (bowed, False, "E1")])
+def test_what_goes_with_a_table_or_a_carriage_is_theirs_and_no_axis_s_of_the_arm(
+    after: Callable, in_base: bool, axis: str
+) -> None:
+    found = likely_part([of_kr15(after, in_base=in_base)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows, found.period, found.along) == (axis, "position", None, False)
+    assert found.share > 0.8
+
+
+def test_an_axis_that_moves_as_the_table_turns_stands_for_the_table() -> None:
+    """An arm knows nothing of how far a table has turned."""
+    model = SimpleNamespace(scenes=[of_kr15(bowed, in_base=False).scene])
+    assert _sits_at("A3", "E2", model) == "E2"
+    assert _sits_at("A1", "speed of E1", model) == "E1"
+    assert _sits_at("A3", "A2", model) == "A3" and _sits_at("E2", "A2", model) == "E2"
+    assert _sits_at("foot z", "A2", model) == "A2" and _sits_at("foot z", "time", model) == "time"
