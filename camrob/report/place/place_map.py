@@ -78,7 +78,7 @@ def _scale(x: float, y: float, low: float, high: float) -> Sequence[str]:
     return [
         _label(x, y, f"{low:.3f}", "start"),
         *bars,
-        _label(right, y, f"{high:.3f}: bounds of the mean and of the lowest 1/k_F, added", "start"),
+        _label(right, y, f"{high:.3f}: how far from singular the arm can stay there (mean + lowest 1/k_F)", "start"),
     ]
 
 

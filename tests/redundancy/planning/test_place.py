@@ -65,7 +65,7 @@ def test_place_writes_a_map_and_its_numbers(tmp_path):
     assert summary.best.inv_kf_bound_mean > summary.now.inv_kf_bound_mean
     assert summary.placements == 9 * 5
     picture = (tmp_path / "engraving.place.svg").read_text()
-    assert picture.count("<rect") == summary.placements + 1 and picture.count("<circle") == 1
+    assert picture.count("</title></rect>") == summary.placements and picture.count("<circle") == 1
     with pytest.raises(InputError):
         place(clfile, cell=FOLDER, out=tmp_path, x_mm=-1.0)
 
