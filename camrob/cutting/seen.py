@@ -111,7 +111,7 @@ def _box_of_cut(stock: Array, moves: Moves) -> tuple[Array, Array] | None:
 
 def _first(dexels: Dexels, d: int, facing: int) -> tuple[Array, Array, Ints]:
     """Where the first material of each ray of a side begins and ends, NaN for none, and the number of the move that cut it."""
-    edge, owner, count = dexels.edge[d], dexels.owner[d], dexels.count[d].astype(np.int64)
+    (edge, owner), count = dexels.stretches(d), dexels.count[d].astype(np.int64)
     last = np.maximum(2 * count - 1, 1)[:, :, None]
     near, far = (np.zeros_like(last), np.ones_like(last)) if facing < 0 else (last, last - 1)
     begins, ends = (np.take_along_axis(edge, k, axis=2)[:, :, 0] for k in (near, far))

@@ -328,12 +328,8 @@ class _Loop:
 def _force_for_all_turns(job: LoopJob) -> CuttingForce | None:
     """The job's force. Raises InputError for one that the second turn could do nothing with, before anybody runs the first."""
     force = None if job.force is None else read_force(job.force)
-    if force is not None and force.asks_removal and (job.for_accuracy or not job.set_up.is_file()):
-        hint = (
-            "give depth_mm and width_mm"
-            if job.for_accuracy
-            else "give depth_mm and width_mm, or a setup with stock and cutter"
-        )
+    if force is not None and force.asks_removal and not job.set_up.is_file():
+        hint = "give depth_mm and width_mm, or a setup with stock and cutter"
         raise InputError("leaves depth or width to the removal", hint=hint, path=job.force)
     return force
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from camrob.cutting.dexels import Dexels
 from camrob.cutting.way import Way
@@ -14,13 +15,15 @@ __all__ = ["PartError", "against_part"]
 
 Array = NDArray[np.float64]
 
+_NEAR = 2.0  # pitches: nearer to the mesh the way along a normal is right, and where rays cross it lies too far aside
+
 
 @dataclass(frozen=True)
 class PartError:
-    """P points of the surface that was cut, in `part`, m. deviation: (P,) by which material stands beyond the mesh, along the cut
-    surface's normal (below 0: a gouge); row: (P,) of the run that cut there. elsewhere: cut points whose rays meet no wall of the
-    part within `farthest`. gouged, left: m3 that the part lacks, and that stand beyond it. beyond: m by which the mesh
-    reaches out of the stock.
+    """P points of the surface that was cut, in `part`, m. deviation: (P,) by which material stands beyond the mesh (below 0: a
+    gouge), along the cut surface's normal, and where another side of the mesh is nearer, the way to that; row: (P,) of the run
+    that cut there. elsewhere: cut points whose rays meet no wall of the part within `farthest`. gouged, left: m3 that the part
+    lacks, and that stand beyond it. beyond: m by which the mesh reaches out of the stock.
     """
 
     point: Array
@@ -46,15 +49,31 @@ def against_part(stock: Dexels, way: Way, triangles: Array, *, farthest: float) 
     met = np.abs(off) < farthest
     along = surface.normal[rows, surface.direction]
     row, _ = way.rows(surface.move, surface.at)
+    deviation = (off * along)[met]
+    _no_farther_than_the_wall(deviation, surface.point[met], part, farthest)
+    # thin layers lie along the cut surface: rays across it tell how thick they are, rays along it little
+    looks = np.bincount(surface.direction, minlength=3)
+    share = looks / max(int(looks.sum()), 1)
     together = stock.common(part)
     corners = triangles.reshape(-1, 3)
     outside = np.maximum(stock.lower - corners.min(axis=0), corners.max(axis=0) - stock.upper)
     return PartError(
         point=surface.point[met],
-        deviation=(off * along)[met],
+        deviation=deviation,
         row=row[met],
         elsewhere=int(np.count_nonzero(~met)),
-        gouged=part.common(part) - together,
-        left=stock.common(stock) - together,
+        gouged=float(share @ (part.common(part) - together)),
+        left=float(share @ (stock.common(stock) - together)),
         beyond=max(0.0, float(outside.max())),
     )
+
+
+def _no_farther_than_the_wall(deviation: Array, point: Array, part: Dexels, farthest: float) -> None:
+    """Make deviations (P,) of points (P, 3) no larger than the way to the nearest place of the part's surface: a ray that passes
+    by an edge meets a wall that lies farther off.
+    """
+    far = np.flatnonzero(np.abs(deviation) > _NEAR * part.pitch)
+    if len(far):
+        tree = cKDTree(part.ends(), compact_nodes=False, balanced_tree=False)
+        nearest, _ = tree.query(point[far], distance_upper_bound=farthest)
+        deviation[far] = np.sign(deviation[far]) * np.minimum(np.abs(deviation[far]), nearest)

@@ -65,7 +65,7 @@ def predict_surface(
     runout: float = 0.0,
     progress: Share | None = None,
 ) -> PredictedSurface:
-    """Cut the stock three times: as programmed, as the simulated controller goes, and as the machine goes.
+    """Cut the stock three times: as the simulated controller goes, as programmed, and as the machine goes.
 
     stock: in `part`, left as it is. programmed: (M, 4, 4) tool in `base` on the path without any rounding. runout: m by which the
     cutter's axis lies beside the spindle's; what it sweeps is a cutter of that much more radius, its corner as it is. progress:
@@ -73,16 +73,18 @@ def predict_surface(
     """
     part_T_base = inverse(base_T_part)
     swept = replace(cutter, radius=cutter.radius + runout)
-    ways = ((programmed, cutter, None), (path.ideal, cutter, path.line), (path.true, swept, path.line))
-    asked, meant, real = (way_of(part_T_base @ x, c, line) for x, c, line in ways)
-    carved = []
-    for k, way in enumerate((asked, meant, real)):
+    ways = ((path.ideal, cutter, path.line), (programmed, cutter, None), (path.true, swept, path.line))
+    meant, asked, real = (way_of(part_T_base @ x, c, line) for x, c, line in ways)
+
+    def carved(k: int, way: Way) -> Dexels:
         left = stock.copy()
         left.carve(way.moves, None if progress is None else part_of(progress, k, 3))
-        carved.append(left)
-    surface = carved[1].surface(meant.moves)
-    rounding = -deviation(surface, asked.moves, carved[0], farthest=_FARTHEST)
-    moved = deviation(surface, real.moves, carved[2], farthest=_FARTHEST)
+        return left
+
+    surface = carved(0, meant).surface(meant.moves)
+    rounding = -deviation(surface, asked.moves, carved(1, asked), farthest=_FARTHEST)
+    left = carved(2, real)
+    moved = deviation(surface, real.moves, left, farthest=_FARTHEST)
     met = np.isfinite(rounding) & np.isfinite(moved)
     keep = np.flatnonzero(met)
     row, at = meant.rows(surface.move, surface.at)
@@ -105,7 +107,7 @@ def predict_surface(
         runout=wider,
         likely=likely,
         not_met=int(len(met) - len(keep)),
-        left=carved[2],
+        left=left,
         real=real,
     )
 

@@ -76,7 +76,7 @@ def test_ridges_between_passes_are_as_high_as_paper_says() -> None:
     passes = [straight([[-10, y, 5], [30, y, 5]], of(R, R)) for y in np.arange(2.0, 19.0, s)]
     for one in passes:
         stock.carve(one)
-    edge, count = stock.edge[2], stock.count[2]
+    (edge, _), count = stock.stretches(2), stock.count[2]
     assert np.all(count == 1)
     y = stock.grid(2)[1] + np.arange(edge.shape[1]) * stock.pitch
     inside = (y > 4 * MM) & (y < 16 * MM)
@@ -137,7 +137,7 @@ def test_it_leaves_what_a_library_of_solids_leaves(corner: float) -> None:
         snapped = points.copy()
         snapped[:, u], snapped[:, v] = grid[0] + i * grid[2], grid[1] + j * grid[2]
         depth = np.min([(h.equations[:, :3] @ snapped.T + h.equations[:, 3:]).max(axis=0) for h in hulls], axis=0)
-        edge, count = stock.edge[d][i, j], stock.count[d][i, j]
+        edge, count = stock.stretches(d)[0][i, j], stock.count[d][i, j]
         used = np.arange(edge.shape[1] // 2) < count[:, None]
         solid_there = np.any(used & (edge[:, ::2] < snapped[:, [d]]) & (edge[:, 1::2] > snapped[:, [d]]), axis=1)
         clear = np.abs(depth) > 5e-6

@@ -48,9 +48,10 @@ def test_a_stock_carved_in_parts_is_the_same() -> None:
     assert np.array_equal(one.carve(moves), parts.carve(moves, shares.append))
     assert all(np.array_equal(a, b) for a, b in zip(one.count, parts.count, strict=True))
     for d in range(3):
-        used = np.arange(one.edge[d].shape[2]) < 2 * one.count[d][:, :, None]
-        assert np.array_equal(one.edge[d][used], parts.edge[d][used])
-        assert np.array_equal(one.owner[d][used], parts.owner[d][used])
+        (edge, owner), (edge_2, owner_2) = one.stretches(d), parts.stretches(d)
+        used = np.arange(edge.shape[2]) < 2 * one.count[d][:, :, None]
+        assert np.array_equal(edge[used], edge_2[used])
+        assert np.array_equal(owner[used], owner_2[used])
     assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 10
 
 
@@ -95,10 +96,18 @@ def test_a_floor_that_is_off_is_told_as_a_gouge_or_as_rest(off: float) -> None:
     held = against_part(stock, way_of(moves), np.asarray(part.triangles), farthest=5 * MM)
     assert len(held.point) > 1000 and held.elsewhere == 0
     assert held.deviation == pytest.approx(np.full(len(held.deviation), off * MM), abs=1e-7)
-    # rays of the two level directions see a thin layer or not at all: what the upright ones say is a third of the mean
     layer = 40 * 20 * abs(off) * MM**3
     volume = held.left if off > 0 else held.gouged
-    assert layer / 3 * 0.99 <= volume < layer * 3.5 and min(held.left, held.gouged) == pytest.approx(0.0, abs=1e-15)
+    assert volume == pytest.approx(layer, rel=0.02) and min(held.left, held.gouged) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_notch_in_an_edge_is_no_deeper_than_the_way_to_the_nearest_wall() -> None:
+    """A step of 0.6 mm into the side of a part and 5 mm down from its top: 0.6 mm deep, not 5."""
+    stock, part = block(), trimesh.creation.box(bounds=np.array([[0.0, 0.0, 0.0], [40.0, 9.6, 20.0]]) * MM)
+    moves = along_x([15.0], Cutter(3 * MM, 0.0, 50 * MM), y=12.0)
+    stock.carve(moves)
+    held = against_part(stock, way_of(moves), np.asarray(part.triangles), farthest=6 * MM)
+    assert held.deviation.min() == pytest.approx(-0.6 * MM, abs=0.03 * MM)
 
 
 def test_a_part_that_reaches_out_of_its_stock_is_noticed() -> None:
@@ -157,3 +166,18 @@ def test_a_tool_that_turns_on_the_spot_keeps_its_turn() -> None:
     axis = np.c_[np.sin(lean), np.zeros(300), np.cos(lean)]
     way = Way.of(np.zeros((300, 3)), axis, Cutter(3 * MM, 3 * MM, 50 * MM), tolerance=1e-6)
     assert 40 < len(way.kept) < 120 and np.all(np.diff(way.along) > 0.0)
+
+
+@pytest.mark.parametrize("deep", [0.3, 0.7, 1.3])
+def test_what_is_cut_of_a_layer_thinner_than_the_pitch(deep):
+    """Rays along the layer meet it once or not at all, those across it everywhere."""
+    moves = along_x([30.0 - deep], Cutter(4 * MM, 0.0, 50 * MM), at=(0.0, 40.0))
+    area = removed_area(Dexels(np.zeros(3), np.array([40.0, 20.0, 30.0]) * MM, 1.0 * MM), moves, parts=1)
+    np.testing.assert_allclose(area, 8.0 * deep * MM**2, rtol=0.12)
+
+
+def test_a_block_has_no_rays_beside_it():
+    for size in (12.0, 12.3, 12.7, 12.0 + 1e-12):
+        block = Dexels(np.zeros(3), np.array([size, 20.0, 20.0]) * MM, 1.0 * MM)
+        assert block.count[2].shape[0] == round(size)
+        assert block.volume() == pytest.approx(round(size) * 400 * MM**3)

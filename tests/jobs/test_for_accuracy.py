@@ -121,7 +121,7 @@ def test_constants_that_no_calibration_holds_are_the_diagnosis(tmp_path: Path) -
     np.testing.assert_allclose(got, expected, rtol=0.01)
 
 
-def test_a_plan_can_not_wait_for_the_removal(tmp_path: Path) -> None:
+def test_a_force_that_asks_for_the_removal_needs_stock_and_cutter(tmp_path: Path) -> None:
     force = tmp_path / "FORCE.toml"
     force.write_text(
         "[milling]\nteeth = 2\ndiameter_mm = 6\nspindle_rpm = 9000\nwidth_mm = 3\ntangential_n_mm2 = 700\n"

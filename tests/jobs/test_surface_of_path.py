@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "redundancy" / "planning"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "redundancy" / "accuracy"))
+
+from test_part_error import errors_of
+from test_planned import raster
 
 from camrob.cell.setup import Body, Setup
 from camrob.cutting.cutter import Cutter
 from camrob.jobs.solving.surface_of_path import SurfaceOfPath
+from camrob.prediction.read_force import read_force
+from camrob.redundancy.planning.for_accuracy import pushed
+from camrob.redundancy.planning.waypoints import waypoints
 
 NOWHERE = np.eye(4)
 NOWHERE[:3, 3] = 0.3, -0.2, 0.1
@@ -79,3 +92,31 @@ def test_a_tilted_plane_rastered_by_a_ball_looks_where_the_plane_looks():
     alone = surface(Cutter(0.004, 0.004, 0.03)).left(along(tips), np.arange(len(tips)) > 0)
     inner = (alone.move > 12) & (alone.move < 30)  # ends of a raster in a block about it are walls
     assert np.average((alone.normal[inner] @ normal) ** 2, weights=alone.area[inner]) > 0.9
+
+
+def test_how_much_is_cut_on_the_way_to_a_point():
+    """Slots 4 mm deep and 10 mm wide: along the stock the way has that area, in the air behind it none."""
+    tips = np.array([[-0.03, 0.0, -0.004], [0.0, 0.0, -0.004], [0.03, 0.0, -0.004], [0.06, 0.0, -0.004]])
+    given = surface(Cutter(0.005, 0.0, 0.03), box(-0.04, -0.02, -0.02, 0.04, 0.02, 0.0))
+    left = given.left(along(tips), np.array([False, True, True, False]))
+    np.testing.assert_allclose(left.taken, [0.0, 4e-5, 4e-5, 0.0], rtol=0.2)
+
+
+def test_a_plan_takes_the_engagement_from_the_removal(tmp_path):
+    """Slots of which everybody knows how deep they are: the same force as where the file says that."""
+    path, text = raster(4, 12, width=0.12), '[milling]\nteeth = 2\ndiameter_mm = 8\nspindle_rpm = 9000\nside = "left"\n'
+    text += "tangential_n_mm2 = 700\nradial_n_mm2 = 300\naxial_n_mm2 = 100\naxial_edge_n_mm = 3\n"
+    (tmp_path / "asks.toml").write_text(text)
+    (tmp_path / "says.toml").write_text(text + "depth_mm = 2\nwidth_mm = 8\n")
+    block = Setup(None, np.eye(4), (), part=None, stock=box(-0.08, -0.02, 0.24, 0.08, 0.05, 0.252))
+    known = SurfaceOfPath(Cutter(0.004, 0.0, 0.03), np.eye(4), block, "the stock")
+    w = waypoints(path, 0.02)
+    push = [
+        np.asarray(pushed(w, path, errors_of(force=read_force(tmp_path / f), normals=known)).push)[:, :3]
+        for f in ("asks.toml", "says.toml")
+    ]
+    middle = np.abs(np.asarray(w.base_T_tip)[:, 0, 3]) < 0.04
+    assert np.abs(push[1][middle]).max() > 20.0
+    np.testing.assert_allclose(push[0][middle], push[1][middle], rtol=0.12, atol=1.0)
+    asks = replace(known, setup=Setup(None, np.eye(4), (), part=None, stock=None))
+    assert known.of_stock and not asks.of_stock

@@ -141,7 +141,7 @@ class _InMesh:
         depth = np.full(len(points), np.inf)
         for d in range(3):
             u, v = rays.others(d)
-            edge, count, first = rays.edge[d], rays.count[d], rays.grid(d)[:2]
+            edge, count, first = rays.stretches(d)[0], rays.count[d], rays.grid(d)[:2]
             i, j = (
                 np.clip(np.rint((points[:, c] - at) / self.pitch), 0, n - 1).astype(np.int64)
                 for c, at, n in zip((u, v), first, count.shape, strict=True)

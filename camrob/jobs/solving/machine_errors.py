@@ -49,9 +49,9 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
     else:
         model, constants = calibration.model(cell)
     force = None if sought.force is None else read_force(sought.force)
-    if force is not None and force.asks_removal:
-        hint = "give depth_mm and width_mm: postures are planned before anything is carved"
-        raise InputError("the engagement is left to the removal", hint=hint, path=force.path)
+    if force is not None and force.asks_removal and (surface is None or not surface.of_stock):
+        hint = "give depth_mm and width_mm, or stock and cutter in the set-up"
+        raise InputError("leaves depth or width to the removal", hint=hint, path=force.path)
     yields = known_compliance(found, model, constants)
     known = {a: v for a, (v, _k) in yields.items() if a in _arm(cell)}
     axes, (terms, values) = _AxisErrors(cell, model, constants, found), _terms(cell, model, constants, found)

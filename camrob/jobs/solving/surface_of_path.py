@@ -15,6 +15,7 @@ from camrob.bodies.meshes import body_triangles
 from camrob.cell.setup import Setup
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, of_mesh
+from camrob.cutting.engagement import carved_area
 from camrob.cutting.way import Way
 from camrob.frozen import digest
 from camrob.jobs.files.inputs import JobInputs
@@ -44,6 +45,11 @@ class SurfaceOfPath:
     of: str
     _known: dict[str, LeftSurface | None] = field(default_factory=dict)
 
+    @property
+    def of_stock(self) -> bool:
+        """Whether the set-up says what is cut; a block about the path tells normals, but not how deep they lie."""
+        return self.setup.stock is not None or self.setup.part is not None
+
     def left(self, base_T_tip: Array, cutting: NDArray[np.bool_]) -> LeftSurface | None:
         """See `CutNormals`."""
         key = digest(base_T_tip, cutting)
@@ -60,7 +66,7 @@ class SurfaceOfPath:
         way = Way.of(tip, axis, self.cutter, tolerance=_STRAIGHT * stock.pitch, label=cutting.astype(np.int64))
         idle = ~cutting[way.kept[1:]]
         moves = replace(way.moves, cutter=np.where(idle, -1, way.moves.cutter))
-        stock.carve(moves)
+        taken = carved_area(stock, moves)
         surface = stock.surface(moves, steepest=_STEEPEST)
         if not len(surface.move):
             return None
@@ -68,7 +74,8 @@ class SurfaceOfPath:
         # rays of each direction meet a slanting surface the more seldom, and those that it is too flat for not at all
         met = np.abs(surface.normal)
         area = stock.pitch**2 / np.sum(np.where(met >= _STEEPEST, met, 0.0), axis=1)
-        return LeftSurface(row + 1, at, surface.normal @ self.base_T_part[:3, :3].T, area)
+        reached = np.append(0.0, np.repeat(taken, np.diff(way.kept)))
+        return LeftSurface(row + 1, at, surface.normal @ self.base_T_part[:3, :3].T, area, reached)
 
     def _stock(self, tips: Array, axes: Array) -> Dexels:
         """The block that is carved; tips, axes: (N, 3) where the cutter cuts, in `part`."""

@@ -15,6 +15,7 @@ __all__ = [
     "ARM_AXES",
     "PLACES",
     "CutNormals",
+    "ForceOfCut",
     "LeftSurface",
     "NoForce",
     "PostureErrors",
@@ -33,9 +34,9 @@ PLACES = ARM_AXES + 2
 class ToolForce(Protocol):
     """The force on the tool while it cuts."""
 
-    def mean(self, feed: Array) -> Array:
+    def mean(self, feed: Array, area: Array | None = None) -> Array:
         """(N, 3) N on the tool along the feed, across it (to its left, seen from the holder) and along the tool to the holder, at
-        feeds (N,) in m/s.
+        feeds (N,) in m/s; area: (N,) m2 that is cut across the feed there, None where nobody knows.
         """
         ...
 
@@ -43,21 +44,35 @@ class ToolForce(Protocol):
 class NoForce:
     """A tool that nothing pushes."""
 
-    def mean(self, feed: Array) -> Array:
+    def mean(self, feed: Array, area: Array | None = None) -> Array:
         """(N, 3) zeros."""
         return np.zeros((len(feed), 3))
+
+
+@dataclass(frozen=True)
+class ForceOfCut:
+    """A force at N places of a path at which area (N,) m2 is cut across the feed."""
+
+    force: ToolForce
+    area: Array
+
+    def mean(self, feed: Array, area: Array | None = None) -> Array:
+        """See `ToolForce`; what is cut is known."""
+        return self.force.mean(feed, self.area)
 
 
 @dataclass(frozen=True)
 class LeftSurface:
     """P points of the surface that a path leaves when all of it is cut. move: (P,) index of the path's point at which the move
     that left each of them ends; at: (P,) which share of that move; normal: (P, 3) unit vectors in `base`; area: (P,) m2.
+    taken: (N,) m2 that is cut across the way to each of the path's points.
     """
 
     move: NDArray[np.int64]
     at: Array
     normal: Array
     area: Array
+    taken: Array
 
 
 class CutNormals(Protocol):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.redundancy.accuracy.part_error import MARK, SHARE, STROKE, error_numbers, expected_squares, local_pushes
-from camrob.redundancy.accuracy.posture_errors import PostureErrors
+from camrob.redundancy.accuracy.posture_errors import ForceOfCut, LeftSurface, PostureErrors
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import ExpectedError
 from camrob.redundancy.planning.candidates import external_prices
@@ -57,16 +57,31 @@ def pushed(w: Waypoints, path: ToolPathInBase, errors: PostureErrors) -> Waypoin
         cut = np.asarray(w.cut)
         squares *= cut.sum() / max(float(np.trace(squares.sum(axis=0))), 1e-300)
         squares /= np.maximum(cut, _LEAST_CUT)[:, None, None]
-    return replace(w, push=local_pushes(np.asarray(w.base_T_tip), np.asarray(w.cutting), feed, errors, squares))
+    pushing = replace(errors, force=ForceOfCut(errors.force, _area_cut(path, errors)[w.point]))
+    return replace(w, push=local_pushes(np.asarray(w.base_T_tip), np.asarray(w.cutting), feed, pushing, squares))
+
+
+def _area_cut(path: ToolPathInBase, errors: PostureErrors) -> Array:
+    """(N,) m2 that is cut across the way to each point of a path, or from it where the way to it cuts nothing; zeros where the
+    surface is not known.
+    """
+    left = _left(path, errors)
+    if left is None:
+        return np.zeros(len(path.cutting))
+    return np.where(path.cutting, left.taken, np.append(left.taken[1:], 0.0))
+
+
+def _left(path: ToolPathInBase, errors: PostureErrors) -> LeftSurface | None:
+    if errors.normals is None:
+        return None
+    return errors.normals.left(np.asarray(path.base_T_tip), np.asarray(path.cutting))
 
 
 def surface_squares(path: ToolPathInBase, place: Array, s: Array, errors: PostureErrors) -> Array | None:
     """(W, 3, 3) m2, sums of n n^T in `base` over the surface that is left nearest to each of some places s (W,), rising, along a
     path whose points lie at `place` (N,); None where it is not known.
     """
-    if errors.normals is None:
-        return None
-    left = errors.normals.left(np.asarray(path.base_T_tip), np.asarray(path.cutting))
+    left = _left(path, errors)
     if left is None:
         return None
     at = place[left.move - 1] * (1.0 - left.at) + place[left.move] * left.at
@@ -130,7 +145,8 @@ def expected_error(cell: Cell, errors: PostureErrors, path: ToolPathInBase, solu
     frames, cutting = np.asarray(path.base_T_tip), np.asarray(path.cutting)
     feed = np.where(np.isfinite(path.feed), path.feed, 0.0)
     squares = surface_squares(path, np.asarray(path.length), np.asarray(path.length), errors)
-    push = local_pushes(frames, cutting, feed, errors, squares)
+    pushing = replace(errors, force=ForceOfCut(errors.force, _area_cut(path, errors)))
+    push = local_pushes(frames, cutting, feed, pushing, squares)
     arm = cell.arm_slice
     free = np.setdiff1d(np.arange(len(cell)), np.arange(arm.start, arm.stop))
     q = np.asarray(solution.q)

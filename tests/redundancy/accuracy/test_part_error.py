@@ -34,7 +34,7 @@ class Push:
     def __init__(self, *newton: float) -> None:
         self.newton = np.array(newton)
 
-    def mean(self, feed):
+    def mean(self, feed, area=None):
         return np.tile(self.newton, (len(feed), 1))
 
 

@@ -32,7 +32,9 @@ class Looks:
     def left(self, base_T_tip, cutting):
         move = np.repeat(np.flatnonzero(cutting)[self.moves], 4)
         at = np.tile([0.125, 0.375, 0.625, 0.875], len(move) // 4)
-        return LeftSurface(move, at, np.tile(self.normal, (len(move), 1)), np.full(len(move), 1e-6))
+        return LeftSurface(
+            move, at, np.tile(self.normal, (len(move), 1)), np.full(len(move), 1e-6), np.zeros(len(cutting))
+        )
 
 
 def bent(solution, path):
