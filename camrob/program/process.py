@@ -23,6 +23,7 @@ __all__ = ["SPINDLE_HOOKS", "Place", "Process", "Step", "ToolChange", "plan_proc
 SPINDLE_HOOKS = {"CLW": "spindle_on", "CCLW": "spindle_on_ccw"}
 _SENSES = {"CLW": "clockwise", "CCLW": "counter-clockwise"}
 _LEFT_OUT = {EventKind.COOLANT_ON: "coolant_on", EventKind.COOLANT_OFF: "coolant_off", EventKind.STOP: "stop"}
+_RUNNING = "the program stops for the operator while the spindle turns; most machine tools stop it there"
 _COOLANT = (EventKind.COOLANT_ON, EventKind.COOLANT_OFF)
 _SAME_PLACE = 1e-9  # m
 _IN_PART = {  # what is said of a cut that is interrupted, as the file has it
@@ -265,6 +266,8 @@ class _Planner:
             self.spindle, self.stopped = "", None
         elif event.kind is EventKind.COOLANT_OFF:
             self.coolant = None
+        elif event.kind is EventKind.STOP and self.spindle:
+            self.findings.append(Finding("stop-running", _RUNNING, line=event.line))
         step = Step(place, k, point, event.kind, value, text, event.line)
         if event.kind is EventKind.COOLANT_ON:
             self.coolant = step

@@ -139,3 +139,18 @@ def test_a_datum_of_the_module_that_the_next_cycle_finds_changed(tmp_path: Path)
     made = run_program(written(tmp_path, f"n:=3;\n{MOVE.format('n')}", own), MACHINE)
     assert "not-repeatable" not in [o.code for o in made.conduct] and not made.gaps
     assert np.round(1000.0 * made.path.tip[1, 0], 6) == 8
+
+
+def test_a_unit_that_the_cell_activates_is_active_before_the_first_motion(tmp_path: Path) -> None:
+    path = written(tmp_path, GO)
+    assert not run_program(path, MACHINE).objections
+    path.write_text(path.read_text().replace("ActUnit STN1; ", ""))
+    (said,) = run_program(path, MACHINE).objections
+    assert (said.code, said.line) == ("unit-not-active", 6) and "STN1" in said.text
+
+
+@pytest.mark.parametrize(("turn", "judged"), [("0,0.9999,0,0", True), ("0,0.998,0,0", False)])
+def test_a_quaternion_that_is_not_of_length_1_is_not_judged(tmp_path: Path, turn: str, *, judged: bool) -> None:
+    """Four decimals are kept; 0.2 % is what a controller stops at."""
+    path = written(tmp_path, f"MoveL [[9,0,300],[{turn}],[0,0,0,0],[0,9E9,9E9,9E9,9E9,9E9]],v100,fine,tS\\WObj:=wP;\n")
+    assert (not run_program(path, MACHINE).gaps) == judged

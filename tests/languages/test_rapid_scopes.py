@@ -20,7 +20,7 @@ UNIT = "[1,0,0,0]"
 SPINDLE = "[TRUE,[[165,0,405.788],[0,0.2588190451,0,0.9659258263]],[40,[50,0,200],[1,0,0,0],0,0,0]]"
 LONGER = SPINDLE.replace("405.788", "505.788")
 DATA = f'PERS tooldata tS:={SPINDLE};\nPERS wobjdata wP:=[FALSE,FALSE,"STN1",[[0,0,0],{UNIT}],[[0,0,0],{UNIT}]];\n'
-HOME = "MoveAbsJ [[0,-15,20,0,55,0],[0,9E9,9E9,9E9,9E9,9E9]]\\NoEOffs,v100,fine,tS\\WObj:=wP;\n"
+HOME = "ActUnit STN1; MoveAbsJ [[0,-15,20,0,55,0],[0,9E9,9E9,9E9,9E9,9E9]]\\NoEOffs,v100,fine,tS\\WObj:=wP;\n"
 GO = "MoveL p1,v100,fine,tS\\WObj:=wP;\n"
 
 

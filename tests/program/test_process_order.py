@@ -365,6 +365,12 @@ def test_a_cut_that_the_file_itself_makes_with_the_spindle_off_is_said(tmp_path:
     assert urgent(made, "spindle-off").line == 19
 
 
+@pytest.mark.parametrize(("before", "said"), [("", [13]), ("SPINDL/OFF\n", [])])
+def test_a_stop_with_the_spindle_running_is_said(tmp_path: Path, before: str, said: list[int]) -> None:
+    made = posted(tmp_path, "part.apt", CAMWORKS.replace("CUTTER/6.,0", f"{before}STOP\nCUTTER/6.,0"))
+    assert [w.line for w in made.summary.warnings if w.code == "stop-running"] == said
+
+
 def test_a_cell_without_a_hook_for_changes_can_t_change(tmp_path: Path) -> None:
     cell = cell_with(tmp_path, (r"^tool_change = .*\n", ""))
     error = refused(tmp_path, CAMWORKS, cell=cell)

@@ -627,7 +627,8 @@ def test_exact_stops(tmp_path):
     body = "LIN {Z 600} C_DIS\nLIN {Z 595} C_DIS\n$OUT[9] = TRUE\n"
     body += "LIN {Z 590} C_DIS\nWAIT SEC 0.1\nLIN {Z 585} C_VEL\nLIN {Z 580} C_DIS"
     assert run(tmp_path, body).exact.tolist() == [True, False, True, True, False, True]
-    assert run(tmp_path, f"$ADVANCE = 0\n{body}").exact.all()
+    stopping = run(tmp_path, f"$ADVANCE = 0\n{body}")
+    assert stopping.exact.all() and [o.code for o in stopping.objections] == ["no-advance"]
     for stop in ("HALT", "WAIT FOR TRUE", "PULSE($OUT[9],TRUE,0.1)", "$ANOUT[1] = 0.5", "BAS(#INITMOV,0)"):
         assert run(tmp_path, f"LIN {{Z 600}} C_DIS\n{stop}\nLIN {{Z 590}}").exact[1], stop
     for passing in ("$ADVANCE = 3", "$VEL.CP = 0.1", "BAS(#VEL_PTP,20)", f"$BASE = {EK}"):

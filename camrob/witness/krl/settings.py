@@ -226,6 +226,10 @@ def _speeds(state: State, match: re.Match[str], line: Line, value: str) -> None:
 def _advance(state: State, match: re.Match[str], line: Line, value: str) -> None:
     try:
         state.rounds = state.variables.number(value) > 0.0
+        if not state.rounds and state.machine.controller.own.get("advance"):
+            state.object(
+                "no-advance", "$ADVANCE = 0: the robot stops at every point of a cut, as the cell does not", line
+            )
     except UnknownError:
         state.rounds = True  # the safer reading: corners may be rounded
     state.step(line, "other")

@@ -54,7 +54,7 @@ _COMPARED = {
     "<=": operator.le,
     ">=": operator.ge,
 }
-_UNIT_LENGTH = 0.01  # what a quaternion's length may be off 1
+_UNIT_LENGTH = 1e-3  # what a quaternion's length may be off 1
 _DEEP = 40  # brackets in brackets
 _FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "ABS": (1, abs),

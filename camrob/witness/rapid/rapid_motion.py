@@ -41,6 +41,10 @@ class RapidMotions:
         speed = own.get("ptp_speed")
         self.joint_speed = [float(v) for v in speed] if isinstance(speed, list) and len(speed) == 4 else None
         self.unit = str(own.get("mechanical_unit", "")).upper()
+        units = own.get("active_units")
+        self.idle = (
+            {str(unit).upper() for unit in units} if isinstance(units, list) else set[str]()
+        )  # not activated yet
 
     def forget(self) -> None:
         """Data have changed: frames are looked up again."""
@@ -48,6 +52,10 @@ class RapidMotions:
 
     def move(self, word: str, text: str, line: Line) -> None:
         """MoveAbsJ, MoveJ, MoveL, MoveC. Raises NotSaidError."""
+        if self.idle:
+            names = " and ".join(sorted(self.idle))
+            self.state.object("unit-not-active", f"{names} isn't activated (ActUnit), as the cell has it", line)
+            self.idle.clear()
         how = _HOW[word]
         parts = split_top(re.sub(r", ?\\", r"\\", text))  # a comma may stand before an optional argument
         count = 2 if how == CIRC else 1

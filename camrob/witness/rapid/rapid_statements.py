@@ -45,7 +45,7 @@ STATEMENTS = (
     _row(r"SINGAREA ?\\(?P<on>\w+)", "singular", "Off: the tool turns as programmed"),
     _row(r"CIRPATHMODE ?\\(?P<how>\w+)", "circle", "ObjectFrame: the tool turns as along a line"),
     _row(r"(?:PDISPOFF|EOFFSOFF)", "nothing", "no displaced frames, as by default"),
-    _row(r"ACTUNIT (?P<unit>\w+)", "nothing", "a mechanical unit takes part"),
+    _row(r"ACTUNIT (?P<unit>\w+)", "unit", "a mechanical unit takes part"),
     _row(
         r"(?P<path>[A-Z_]\w*(?: ?\{[^{}]*\}| ?\. ?[A-Z_]\w*)*) ?:= ?(?P<value>.+)",
         "assign",

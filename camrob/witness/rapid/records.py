@@ -18,7 +18,7 @@ __all__ = ["Records", "angles", "pose_values", "product"]
 Array = NDArray[np.float64]
 
 _LOCKED = 1e-9  # of the cosine of B: below it A and C turn about one line
-_UNIT_LENGTH = 0.01  # what a quaternion's length may be off 1
+_UNIT_LENGTH = 1e-3  # what a quaternion's length may be off 1; four decimals leave 1e-4
 _FIRST: dict[str, Item] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": ""}  # what a VAR without a value holds
 _LARGEST_ARRAY = 100_000  # elements
 # of every controller: v5 .. v7000 by their number, z0 .. z200 by pzone_tcp, pzone_ori

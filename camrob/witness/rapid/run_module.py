@@ -161,6 +161,7 @@ class _Runner(Walk):
             "configuration": self.configuration,
             "singular": self.singular,
             "circle": self.circle,
+            "unit": self.unit,
             "assign": self.assign,
             "count": self.count,
             "add": self.add,
@@ -252,6 +253,10 @@ class _Runner(Walk):
     def circle(self, match: re.Match[str], line: Line) -> None:
         """CirPathMode."""
         self.state.unlike_arc = "" if match["how"] == "OBJECTFRAME" else f"CirPathMode\\{match['how']}"
+
+    def unit(self, match: re.Match[str], line: Line) -> None:
+        """ActUnit."""
+        self.motions.idle.discard(match["unit"])
 
     def assign(self, match: re.Match[str], line: Line) -> None:
         """A datum is set. What CONST and PERS declare the controller keeps, and the next run begins with it."""
