@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
-__all__ = ["one_line", "printable"]
+from math import floor, log10
+
+__all__ = ["one_line", "printable", "short"]
+
+_TINY = 1e-6  # below which a number reads better with its power of ten
+
+
+def short(value: float) -> str:
+    """A small number in two figures that count, written out: 0.031 and not 3.1e-02, as a workshop reads it."""
+    if abs(value) >= 10.0 or value == 0.0:
+        return f"{value:.0f}"
+    if abs(value) < _TINY:
+        return f"{value:.1e}"
+    return f"{value:.{1 - floor(log10(abs(value)))}f}"
 
 
 def printable(value: object) -> str:

@@ -15,13 +15,16 @@ from camrob.findings import Finding, Severity, first_error
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
-from camrob.units import m_to_mm
+from camrob.text import short
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m
 
 __all__ = ["Judgement", "judge"]
 
 Array = NDArray[np.float64]
 
 LIMIT_TOLERANCE = 1e-6  # rad, m: what rounding to 4 decimals of a degree can push an axis beyond its limit
+CLOSE_TURN = deg_to_rad(2.0)  # to a limit while the tool is led: rounded corners and calibrated targets take some of it
+CLOSE_SLIDE = mm_to_m(5.0)
 SINGULAR_INV_KF = 0.01  # 1/k_F below which a posture counts as singular: errors come through a hundredfold
 SINGULAR_BEND = 0.005  # |sin| of the wrist's bend below which axes 4 and 6 are one to the controller (0.3 degrees)
 POSE_TOLERANCE = 1e-8  # m and rad between the program's poses and another library's forward kinematics of the postures
@@ -55,6 +58,7 @@ def judge(
     """Judge a replayed program; with `coverage`, against its CL points, with `feed` (N,), m/s (NaN in air), their speeds too."""
     findings = [*replay.findings, *(coverage.findings if coverage is not None else ())]
     findings += _limits(program, replay)
+    findings += _close_to_limits(program, replay)
     findings += axis_jumps(program, replay, coverage, feed)
     singular = np.flatnonzero((replay.inv_kf < SINGULAR_INV_KF) | (replay.bend < SINGULAR_BEND))
     if len(singular):
@@ -103,6 +107,29 @@ def _limits(program: ProgramText, replay: Replay) -> list[Finding]:
             text = f"{joint.name} passes its limit by up to {over:.4f} {joint.unit_word}"
             found = _error(program, first, "axis-limit", text, len(beyond), over, limit=0.0, unit=joint.unit_word)
             findings.append(replace(found, axis=joint.name))
+    return findings
+
+
+def _close_to_limits(program: ProgramText, replay: Replay) -> list[Finding]:
+    """A warning an axis that comes close to its limit, and keeps it, on lines and arcs: where the controller rounds corners."""
+    findings = []
+    led = np.flatnonzero(np.asarray(program.kind) >= Motion.LIN)
+    margin = np.asarray(replay.margin)[led]
+    for i, joint in enumerate(replay.cell.joints):
+        close = CLOSE_SLIDE if joint.prismatic else CLOSE_TURN
+        near = np.flatnonzero(margin[:, i] < close)
+        narrow = joint.upper - joint.lower < 4.0 * close  # such as an axis that is held
+        if joint.endless or narrow or not len(near) or margin[near, i].min() < -LIMIT_TOLERANCE:
+            continue
+        worst = int(near[np.argmin(margin[near, i])])
+        left = joint.to_edge(max(0.0, float(margin[worst, i])))
+        text = (
+            f"{joint.name} comes within {short(left)} {joint.unit_word} of its limit: with corners rounded or targets corrected "
+            "the controller may stop there; place the part elsewhere (camrob place) or post with --method planned"
+        )
+        row, limit = int(led[worst]), joint.to_edge(close)
+        found = _error(program, row, "axis-margin", text, len(near), left, limit=limit, unit=joint.unit_word)
+        findings.append(replace(found, axis=joint.name, severity=Severity.WARNING))
     return findings
 
 

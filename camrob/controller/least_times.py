@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from camrob.controller.layout import Layout
 from camrob.controller.motion_settings import MotionSettings
 from camrob.units import ms_to_s
 
-__all__ = ["LEAST_TIME", "ShortBlocks", "block_ceilings_of", "short_blocks"]
+__all__ = ["LEAST_TIME", "ShortBlocks", "block_ceilings_of", "joined_blocks", "short_blocks"]
 
 Array = NDArray[np.float64]
 
@@ -55,3 +56,12 @@ def short_blocks(cell: Cell, layout: Layout, settings: MotionSettings) -> ShortB
     seconds = np.asarray(layout.length)[counts] / settings.speed[layout.row[1:]][counts]
     short = int(np.sum(seconds < block))
     return ShortBlocks(block, len(seconds), short, float(seconds.min(initial=np.inf)) if len(seconds) else 0.0)
+
+
+def joined_blocks(found: Sequence[ShortBlocks | None]) -> ShortBlocks | None:
+    """Those of several runs of one controller; None without a block time."""
+    known = [one for one in found if one is not None]
+    if not known:
+        return None
+    shortest = min((one.shortest for one in known if one.count), default=0.0)
+    return ShortBlocks(known[0].block, sum(one.count for one in known), sum(one.short for one in known), shortest)

@@ -5,13 +5,14 @@ is. PTP moves all axes together; LIN and CIRC lead the tool at the programmed sp
 tool's rotation or an axis asks for it. Blended corners are rounded within the programmed distance (by speed, by angle: where
 they begin), at most half of the shorter motion; a corner whose rounding would be over within 4 ms is passed at a point, at a
 speed that the accelerations can change within that time (rows there may show up to 4/3 of a limit at 12 ms, twice at 4 ms).
-As many motions are known ahead as the program says. No motion along a line or an arc takes less than the cell's `block_ms`. Jerk
-is not limited.
+As many motions are known ahead as the program says, and where it changes its tool the robot stands. No motion along a line or an
+arc takes less than the cell's `block_ms`. Jerk is not limited.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,12 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, to_world, trace
 from camrob.controller.layout import CORNER_TIME, Layout, carrier_of, lay_out, machine_of
-from camrob.controller.least_times import LEAST_TIME, ShortBlocks, block_ceilings_of, short_blocks
+from camrob.controller.least_times import LEAST_TIME, ShortBlocks, block_ceilings_of, joined_blocks, short_blocks
 from camrob.controller.motion_settings import MotionSettings, motion_settings
 from camrob.controller.pieces import course_of, cut, motion_ends
 from camrob.controller.replay import Replay, replay
 from camrob.controller.speed_profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
+from camrob.controller.tool_runs import tool_runs
 from camrob.errors import ProgramError, UnreachableError
 from camrob.findings import Finding
 from camrob.frozen import locked
@@ -32,7 +34,7 @@ from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
 from camrob.measurement.log_info import LogInfo
 from camrob.program.program_text import ProgramText
-from camrob.progress import Share
+from camrob.progress import Share, part_of
 from camrob.se3 import rotation_to_abc
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -126,12 +128,26 @@ def timetable(program: ProgramText, replayed: Replay) -> Timetable:
 
 def approximation(program: ProgramText, replayed: Replay) -> Approximation:
     """The largest deviation of a replayed program's roundings from its corners. Raises what `simulate` does."""
-    return _approximation(program, _laid_out(program, replayed)[0])
+    return _largest([_approximation(text, _laid_out(text, done)[0]) for text, done, _ in _by_tool(program, replayed)])
 
 
 def blocks_of(program: ProgramText, replayed: Replay) -> ShortBlocks | None:
     """The motions of a replayed program that are too short for the controller. Raises what `simulate` does."""
-    return short_blocks(replayed.cell, *_laid_out(program, replayed))
+    runs = _by_tool(program, replayed)
+    return joined_blocks([short_blocks(done.cell, *_laid_out(text, done)) for text, done, _ in runs])
+
+
+def _by_tool(program: ProgramText, replayed: Replay) -> list[tuple[ProgramText, Replay, NDArray[np.int64]]]:
+    """The program between its changes of tools, replayed, with the rows of the whole."""
+    if not replayed.others:
+        return [(program, replayed, np.arange(len(program)))]
+    replayed.demand_followed()
+    return [(text, replay(text, cell), rows) for text, cell, rows in tool_runs(program, replayed)]
+
+
+def _largest(found: Sequence[Approximation]) -> Approximation:
+    worst = max(found, key=lambda one: one.deviation)
+    return Approximation(sum(one.corners for one in found), worst.deviation, worst.line)
 
 
 def _laid_out(program: ProgramText, replayed: Replay) -> tuple[Layout, MotionSettings]:
@@ -162,7 +178,42 @@ def simulate(program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress
     settings = motion_settings(program, cell)
     replayed = replay(program, cell, progress=None if progress is None else lambda share: progress(0.3 * share))
     replayed.demand_followed()
-    return _Run(program, replayed, settings, cycle, progress).result()
+    if not replayed.others:
+        return _Run(program, replayed, settings, cycle, progress).result()
+    runs = _by_tool(program, replayed)
+    made = []
+    for k, (text, done, rows) in enumerate(runs):
+        done.demand_followed()
+        share = None if progress is None else part_of(progress, k, len(runs))
+        one = _Run(text, done, motion_settings(text, done.cell), cycle, share).result()
+        made.append(replace(one, motion=rows[np.asarray(one.motion)]))
+    return _in_turn(made, cycle, (*replayed.findings, *settings.findings))
+
+
+def _in_turn(made: Sequence[Simulation], cycle: float, findings: tuple[Finding, ...]) -> Simulation:
+    """Runs with one tool each as one: each begins a cycle after the last row of the one before it."""
+    columns: dict[str, list[Array]] = {name: [] for name in made[0].log.columns}
+    begins, duration = 0.0, 0.0
+    lost: dict[str, float] = {}
+    for one in made:
+        for name, values in one.log.columns.items():
+            columns[name].append(np.asarray(values) + (begins if name == "t" else 0.0))
+        duration = begins + one.duration
+        begins = float(columns["t"][-1][-1]) + cycle
+        for cause, seconds in one.feed_lost.by_cause.items():
+            lost[cause] = lost.get(cause, 0.0) + seconds
+    axes = made[0].peak_speed
+    return Simulation(
+        MeasurementLog({name: np.concatenate(parts) for name, parts in columns.items()}, made[0].log.info),
+        duration,
+        np.concatenate([np.asarray(one.motion) for one in made]),
+        _largest([one.approximation for one in made]),
+        FeedLost(sum(one.feed_lost.seconds for one in made), dict(sorted(lost.items(), key=lambda item: -item[1]))),
+        {name: max(one.peak_speed[name] for one in made) for name in axes},
+        {name: max(one.peak_acceleration[name] for one in made) for name in axes},
+        findings,
+        joined_blocks([one.blocks for one in made]),
+    )
 
 
 class _Run:

@@ -55,6 +55,12 @@ _T = TypeVar("_T")
 _SECOND_HAND = frozenset({"call-unknown", "not-understood", "tool-unknown", "base-unknown"})
 """Findings of the replay's reader on what the witness has its own word for."""
 
+_BY_SET_UP = Finding(
+    "setup-in-part",
+    "of the set-up the tools' frames and masses are looked at; its part and stock, and the part's place, are with --against "
+    "CLFILE, which says what cuts",
+)
+
 
 @dataclass(frozen=True, slots=True)
 class VerifyResult:
@@ -97,7 +103,8 @@ def verify(
         program: the program's main file, in any robot language that is known.
         cell: the cell's folder.
         against: the CL file that the program was made from; None: path and process are not held to one.
-        setup: setup.toml; None: the one beside the CL file, where there is one.
+        setup: setup.toml; None: the one beside the CL file, where there is one. Without `against` the program's loads are held
+            to it by the tools' frames, and no more.
         begin: the CL file's line from which on the program does what it asks for, of a program that is entered again at an
             operation; 0: all of it.
         clamping: of a part that is worked from several sides, the set-up's [[clamping]] that the program is for.
@@ -135,7 +142,7 @@ def verify(
         program, cell, clfile=against, setup=setup, slower_allowed=slower, begin=begin, clamping=clamping
     )
     not_judged = list(verdict.unjudged)
-    found = [*kept, *of_program(verdict)]
+    found = [*kept, *of_program(verdict), *([] if setup is None or against is not None else [_BY_SET_UP])]
     second: _Replayed | None = None
     try:
         second = _replayed(program, machine, inputs, collisions, share)

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.text import Text
 
 from camrob.summaries.feed_figures import BlockTime
-from camrob.text import printable
+from camrob.text import printable, short
 
 __all__ = ["JOB_STATUS", "many", "shown_blocks", "shown_duration", "shown_number", "shown_paths", "shown_text"]
 
@@ -24,7 +24,7 @@ def shown_number(value: object, decimals: int = 1) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return "-"
     if value != 0.0 and abs(value) < 0.5 * 10.0**-decimals:
-        return f"{value:.1e}"
+        return short(value)
     return f"{value:,.{decimals}f}"
 
 

@@ -23,6 +23,7 @@ from camrob.witness.job import Job, no_job, read_job
 from camrob.witness.machine import Machine, read_machine
 from camrob.witness.programs import run_program
 from camrob.witness.rules.rules import PATH_CODES, Comparison, Terms, compare
+from camrob.witness.rules.rules_state import Fittings, loads_by_frame
 from camrob.witness.units import mm_to_m
 
 __all__ = ["AREAS", "Verdict", "judge"]
@@ -109,12 +110,12 @@ def judge(
     job = no_job() if setup is None else read_job(setup, clamping)
     clock.lap("machine")
     run = run_program(program, machine)
-    weighed = clfile is not None and any(tool.load for tool in job.tools.values())
+    weighed = any(tool.load for tool in job.tools.values())
     unsettled = [gap for gap in run.unsettled if not (weighed and gap.of_load)]
     settled = replace(run, objections=(*run.objections, *run.conduct), gaps=(*run.gaps, *unsettled))
     clock.lap("program")
     if clfile is None:
-        return _alone(settled, clock)
+        return _alone(_weighed_alone(settled, machine, job), clock)
     story = _story(clfile, job, dialect, units, begin, clamping)
     _let_go(len(run))
     clock.lap("file")
@@ -171,6 +172,13 @@ def _let_go(motions: int) -> None:
             trim(0)
 
 
+def _weighed_alone(run: Run, machine: Machine, job: Job) -> Run:
+    """The run with what stands against its loads by the set-up's tools, where it states their masses."""
+    terms = _terms(machine, job, "", None)
+    against, gaps = loads_by_frame(run, Fittings(terms.tools, loads=terms.loads))
+    return replace(run, objections=(*run.objections, *against), gaps=(*run.gaps, *gaps))
+
+
 def _alone(run: Run, clock: _Clock) -> Verdict:
     """What a program shows by itself."""
     judged = _areas(run.objections, path=False, run=run, process=False)
@@ -208,11 +216,12 @@ def _terms(machine: Machine, job: Job, slower_allowed: str, usual_rapid: float |
 def _areas(objections: Iterable[Objection], *, path: bool, run: Run, process: bool) -> dict[str, bool | None]:
     """True, False, None for each area; path, process: whether all of it was compared."""
     whole = not run.gaps
+    moved = all(gap.of_load for gap in run.gaps)  # what hangs on the flange moves neither frames nor axes
     judged: dict[str, bool | None] = {
         "path": (path and whole) or None,
-        "frames": whole or None,
+        "frames": moved or None,
         "process": (process and path and whole) or None,
-        "limits": whole or None,
+        "limits": moved or None,
     }
     for objection in objections:
         if objection.severity == "error":

@@ -171,3 +171,21 @@ def test_home_is_no_singular_posture(tmp_path) -> None:
     program = read_rows(tmp_path, HOME, e6axis(START), e6axis(CELL.q_home))
     j = judge(program, replay(program, CELL))
     assert j.good and j.second_library_poses == 0
+
+
+@pytest.mark.parametrize(("left", "warned"), [(0.03, True), (1.9, True), (2.1, False)])
+def test_an_axis_that_comes_close_to_its_limit_is_a_warning_with_what_is_left(tmp_path, left, warned) -> None:
+    """On lines alone: the PTP before them ends on its target, whatever is rounded."""
+    joints, i = list(CELL.joints), CELL.index("A4")
+    top = float(joints[i].axis_value(np.asarray(way()[:, i].max())))
+    joints[i] = replace(joints[i], upper=top + np.radians(left))
+    program, j = judged(tmp_path, way(), cell=replace(CELL, joints=tuple(joints)))
+    found = [f for f in j.findings if f.code == "axis-margin"]
+    assert j.good and len(found) == warned
+    for f in found:
+        assert (f.axis, f.unit, f.limit, f.severity) == ("A4", "degrees", pytest.approx(2.0), "warning")
+        assert f.value == pytest.approx(left, abs=1e-3) and f.line in program.line.tolist()
+        assert "A4 comes within 0.030 degrees of its limit" in f.text or left > 1.0
+    held = replace(joints[i], lower=top - np.radians(0.5), upper=top + np.radians(0.5))
+    joints[i] = held
+    assert "axis-margin" not in codes(judged(tmp_path, way(), cell=replace(CELL, joints=tuple(joints)))[1])

@@ -13,11 +13,15 @@ from scipy.spatial.transform import Rotation
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
 from camrob.cell.read_cell import frame_of, read_cell
+from camrob.controller.replay import replay
 from camrob.errors import CamrobError, JobError, ProgramError, SetupError, VerificationError
 from camrob.jobs.place import place
 from camrob.jobs.post import PostResult
+from camrob.jobs.simulate import simulate
 from camrob.jobs.verify import verify
+from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.second_library import pinocchio_poses
+from camrob.languages.read_program import read_program
 
 PART = """%
 G21 G90 G17
@@ -280,3 +284,29 @@ def test_place_wants_one_frame(tmp_path: Path) -> None:
     (tmp_path / "setup.toml").write_text(TWO_TOOLS)
     with pytest.raises(SetupError, match="tool 1 and tool 2 have different frames"):
         place(tmp_path / "part.nc", cell=KR15, out=tmp_path / "out")
+
+
+def test_the_run_on_the_ideal_controller_is_one_log_with_each_tool_at_its_time(
+    made: PostResult, tmp_path: Path
+) -> None:
+    """The tip of every row is where Pinocchio has it for the row's axes, with the tool that the text sets there."""
+    folder = cell_with(made.out, POSE)
+    result = simulate(made.out / "part.src", cell=folder, out=tmp_path / "run.csv", report=tmp_path / "run.html")
+    cell, log = read_cell(folder), result.simulation.log
+    text = read_program(made.out / "part.src")
+    replayed = replay(text, cell)
+    t, motion = np.asarray(log.columns["t"]), np.asarray(result.simulation.motion)
+    assert np.allclose(np.diff(t), 0.012) and np.all(np.diff(motion) >= 0) and motion[-1] == len(text) - 1
+    assert np.array_equal(np.asarray(log.columns["line"]), np.asarray(text.line)[motion])
+    q = cell.to_q(np.stack([log.columns[name] for name in cell.axis_names], axis=1))
+    tip = np.stack([log.columns[name] for name in "xyz"], axis=1) / 1e3
+    used = np.asarray(replayed.mounted)[motion]
+    assert set(used.tolist()) == {0, 1}
+    for k, held in enumerate(replayed.cells):
+        rows = np.flatnonzero(used == k)[::7]
+        world = world_T_base(held, q[rows]) @ pinocchio_poses(held, q[rows])
+        off = np.linalg.norm(world[:, :3, 3] - tip[rows], axis=1)
+        assert off.max() < 1e-6
+    blocks = result.summary.blocks
+    judged = verify(made.out / "part.src", cell=folder, manifest=False).summary.replay
+    assert judged is not None and judged.blocks == blocks

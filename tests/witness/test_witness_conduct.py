@@ -342,8 +342,9 @@ def test_the_judge_counts_it(tmp_path: Path) -> None:
     assert judge(tmp_path / "job.src", CELL).judged["limits"] is True
     run(tmp_path, "$LOAD.M = 90", *WAY)
     open_one = judge(tmp_path / "job.src", CELL)
-    assert open_one.judged["limits"] is None and any(
-        "weighs what the program's load says" in text for text in open_one.unjudged
-    )
+    assert open_one.judged["process"] is None and not open_one.complete
+    assert any("weighs what the program's load says" in text for text in open_one.unjudged)
+    run(tmp_path, "UNHEARD_OF ( )", *WAY)
+    assert judge(tmp_path / "job.src", CELL).judged["limits"] is None
     run(tmp_path, "BAS (#VEL_PTP,90 )", "PTP {A1 1}")
     assert judge(tmp_path / "job.src", CELL).judged["process"] is False

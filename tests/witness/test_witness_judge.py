@@ -169,3 +169,29 @@ def test_files_that_are_not_at_hand_are_not_compared(tmp_path: Path) -> None:
     manifest = make_manifest(**files)
     assert check_manifest(manifest, files["program"], files["cell"]) == []
     assert [o.code for o in check_manifest(manifest, files["program"][:1], files["cell"])] == ["manifest-missing"]
+
+
+def test_without_the_cl_file_loads_are_held_to_the_set_up_and_nothing_else_waits_for_them(tmp_path: Path) -> None:
+    """The set-up was left aside there, and a `$LOAD` turned limits and frames to "not judged" although it moves neither."""
+    program = golden("engraving", tmp_path)
+    text = program.read_text()
+    load = "$LOAD = {M 30.000,CM {X 20.000,Y 0.000,Z 150.000,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}\n"
+    at = text.index("\n", text.index("$TOOL = ")) + 1
+    program.write_text(text[:at] + load + text[at:])
+    setup = tmp_path / "job.toml"
+
+    def alone(masses: str) -> Verdict:
+        setup.write_text(f"part_in_base = [0, 0, 200, 0, 0, 0]\n[tool]\n{masses}\n")
+        return judge(program, CELL, setup=setup)
+
+    nobody = judge(program, CELL)
+    assert nobody.judged == {"path": None, "frames": True, "process": None, "limits": True}
+    assert "isn't judged without a set-up" in " ".join(nobody.unjudged)
+    right = alone("mass_kg = 30\ncenter_of_mass_mm = [20, 0, 150]")
+    assert right.objections == () and right.unjudged == () and right.complete
+    wrong = alone("mass_kg = 12\ncenter_of_mass_mm = [20, 0, 150]")
+    assert [o.code for o in wrong.errors] == ["load-differs"] and wrong.judged["process"] is False
+    other = alone("mass_kg = 30\ncenter_of_mass_mm = [20, 0, 150]\nflange_to_tool = [0, 0, 100, 0, 0, 0]")
+    assert "is no tool's of the set-up" in " ".join(other.unjudged) and other.judged["limits"] is None
+    program.write_text(text)
+    assert [o.code for o in alone("mass_kg = 30\ncenter_of_mass_mm = [20, 0, 150]").errors] == ["load-differs"]

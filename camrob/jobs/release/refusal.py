@@ -13,7 +13,7 @@ from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["advice", "as_planned", "past_limit", "refusal", "refusal_unread"]
+__all__ = ["advice", "as_planned", "but_to_plan", "past_limit", "refusal", "refusal_unread"]
 
 _PLAN = " or post with --method planned"
 _PLACE = f"place the part elsewhere (camrob place){_PLAN}"
@@ -40,7 +40,12 @@ def advice(code: str) -> str:
 
 def as_planned(error: JobError) -> JobError:
     """The error for a job that was posted with --method planned: that is no advice any more."""
-    return error.but(error.what.replace(_PLAN, ""))
+    return error.but(but_to_plan(error.what))
+
+
+def but_to_plan(text: str) -> str:
+    """Advice without --method planned: of a job that was."""
+    return text.replace(_PLAN, "")
 
 
 def past_limit(error: VerificationError) -> float:

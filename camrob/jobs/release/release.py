@@ -21,7 +21,7 @@ from camrob.errors import CollisionError, JobError, ProgramError, VerificationEr
 from camrob.findings import Finding, Severity, collapse, first_error
 from camrob.jobs.files.cell_for import language_of
 from camrob.jobs.files.inputs import JobInputs
-from camrob.jobs.release.refusal import advice, refusal, refusal_unread
+from camrob.jobs.release.refusal import advice, but_to_plan, refusal, refusal_unread
 from camrob.jobs.release.solved import hold_to_solution
 from camrob.program.motion import Motion
 from camrob.program.process import Process
@@ -226,6 +226,7 @@ def check_release(
     if (first := first_error(collisions.findings)) is not None:
         what = f"{first.text} ({collisions.count} points); {advice(first.code)}"  # no clearance lifts a cut
         raise named_region(CollisionError(what, line=first.line, region=_index(first)), inputs)
+    close = _close_to_limits(back, inputs, planned=solution.method != "vjm")
     findings = collapse(
         [
             *inputs.urgent,
@@ -234,8 +235,9 @@ def check_release(
             *inputs.findings,
             *process.findings,
             *solution.findings,
-            *margins.findings,
-            *back.judgement.findings,
+            *(f for f in margins.findings if f.code != "axis-margin" or f.axis not in {c.axis for c in close}),
+            *(f for f in back.judgement.findings if f.code != "axis-margin"),
+            *close,
             *collisions.findings,
             *written,
         ]
@@ -252,6 +254,20 @@ def check_release(
         )
         raise named_region(error, inputs)
     return collisions, findings
+
+
+def _close_to_limits(back: ReadBack, inputs: JobInputs, *, planned: bool) -> list[Finding]:
+    """The gate's warnings of axes close to their limits, by lines of the CL file."""
+    own = inputs.path.of_toolpath
+    line, region = inputs.path.line[own], inputs.path.region[own]
+    met = np.asarray(back.coverage.motion)
+    out = []
+    for f in back.judgement.findings:
+        if f.code == "axis-margin":
+            at = int(np.clip(np.searchsorted(met, f.point), 0, len(met) - 1))
+            text = but_to_plan(f.text) if planned else f.text
+            out.append(replace(f, text=text, line=int(line[at]), region=int(region[at]), point=-1))
+    return out
 
 
 def _index(finding: Finding) -> str:

@@ -306,7 +306,7 @@ def _turned(turn: int, options: Array, quarters: bool) -> NDArray[np.bool_]:
 
 def _unsettled_loads(loads: tuple[Load, ...]) -> list[Gap]:
     """What isn't judged without a set-up that states the tools' masses."""
-    text = "whether the tool weighs what the program's load says isn't judged without its mass in the set-up"
+    text = "whether the tool weighs what the program's load says isn't judged without a set-up that states its mass"
     return [Gap(e.before, e.line, e.line, text, e.file, of_load=True) for e in loads if e.values is not None]
 
 

@@ -25,7 +25,7 @@ from camrob.witness.rules.rules_geometry import Clear, Track, Vec
 from camrob.witness.rules.rules_path import Match
 from camrob.witness.units import deg_to_rad, mm_to_m
 
-__all__ = ["Fittings", "Scene", "load_objections", "state_objections"]
+__all__ = ["Fittings", "Scene", "load_objections", "loads_by_frame", "state_objections"]
 
 Array = NDArray[np.float64]
 _MASS, _CENTER = 6e-4, 6e-7  # kg, m: what three decimals of `$LOAD` leave
@@ -154,10 +154,14 @@ def _tool_frame(fittings: Fittings, wanted: State, flange_T_tool: Array) -> Iter
     if meant is None:
         yield "tool-unknown", f"the set-up has no tool {wanted.tool}; add it as [[tool]]"
         return
+    if not _same_frame(meant, flange_T_tool):
+        yield "tool-frame", f"the tool's frame is not that of tool {wanted.tool or 0}"
+
+
+def _same_frame(meant: Array, flange_T_tool: Array) -> bool:
     place = float(np.linalg.norm(meant[:3, 3] - flange_T_tool[:3, 3]))
     turn = float(np.linalg.norm(meant[:3, :3] - flange_T_tool[:3, :3])) / np.sqrt(2.0)
-    if place > _PLACE or turn > _TURN:
-        yield "tool-frame", f"the tool's frame is not that of tool {wanted.tool or 0}"
+    return place <= _PLACE and turn <= _TURN
 
 
 def load_objections(scene: Scene, fittings: Fittings) -> tuple[list[Objection], list[Gap]]:
@@ -180,6 +184,40 @@ def load_objections(scene: Scene, fittings: Fittings) -> tuple[list[Objection], 
             objections.append(Objection("load-differs", text, 0, *lines))
         elif unsure and load is not None:
             gaps.append(Gap(load.before, load.line, load.line, unsure, load.file))
+    return objections, gaps
+
+
+def loads_by_frame(run: Run, fittings: Fittings) -> tuple[list[Objection], list[Gap]]:
+    """The same of a program without its CL file: its motions' tool is the one of the set-up whose frame `$TOOL` is."""
+    objections: list[Objection] = []
+    gaps: list[Gap] = []
+    if not fittings.loads or not len(run):
+        return objections, gaps
+    alike = [[n for n, frame in fittings.tools.items() if _same_frame(held, frame)] for held in run.tools]
+    rows = np.arange(len(run))
+    held = np.searchsorted([load.before for load in run.loads], rows, side="right") - 1
+    fresh = np.sort(np.unique(np.stack([run.tool, held], axis=1), axis=0, return_index=True)[1])
+    for row in fresh.tolist():
+        numbers = alike[int(run.tool[row])] if run.tool[row] >= 0 else []
+        meant = {fittings.loads.get(number) for number in numbers}
+        load, lines = (
+            run.loads[int(held[row])] if held[row] >= 0 else None,
+            (int(run.path.line[row]), int(run.file[row])),
+        )
+        if len(meant) != 1:
+            which = (
+                "is that of several tools of the set-up, with different masses"
+                if meant
+                else "is no tool's of the set-up"
+            )
+            text = f"whether the tool weighs what the program's load says isn't judged: the tool's frame {which}"
+            gaps.append(Gap(row, lines[0], lines[0], text, lines[1], of_load=bool(meant)))
+            continue
+        against, unsure = _weighed(meant.pop(), load, f"tool {numbers[0]}" if numbers[0] else "the tool")
+        if against:
+            objections.append(Objection("load-differs", f"line {lines[0]} of the program: {against}", 0, *lines))
+        elif unsure and load is not None:
+            gaps.append(Gap(load.before, load.line, load.line, unsure, load.file, of_load=True))
     return objections, gaps
 
 
