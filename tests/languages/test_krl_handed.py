@@ -159,3 +159,12 @@ def test_a_name_that_begins_as_a_word_of_structure_opens_nothing(tmp_path: Path)
 def test_a_switch_without_a_case_is_no_traceback(tmp_path: Path) -> None:
     program = read_krl(written(tmp_path, "i=1\nSWITCH i\nENDSWITCH\nLIN p"))
     assert program.pose[-1, 0] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"), [("DEF settings (base:IN,tool:IN)", "handed BASE, TOOL"), ("DEF settings ()", "IF whose course")]
+)
+def test_a_routine_of_another_program_is_called_that(tmp_path: Path, head: str, said: str) -> None:
+    (tmp_path / "settings.src").write_text(f"{head}\nDECL INT base, tool\nIF base == 0 THEN\nPTP XHOME\nENDIF\nEND\n")
+    with pytest.raises(KrlError, match=said):
+        read_krl(tmp_path / "settings.src")

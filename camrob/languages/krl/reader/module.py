@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from camrob.errors import KrlError
 from camrob.languages.krl.reader.line_scan import Scan, scan_lines
 from camrob.languages.krl.reader.tokens import shown, statement_of
 
-__all__ = ["Block", "Module", "Routine", "load_module", "read_bytes"]
+__all__ = ["Block", "Module", "Routine", "load_module", "no_program_of_its_own", "read_bytes"]
 
 _DEF = re.compile(
     r"(?:GLOBAL\s+)?(DEF|DEFFCT)\s+(?:[$A-Za-z_]\w*(?:\s*\[[\s,]*\])?\s+)?([$A-Za-z_]\w*)\s*(?:\((.*)\))?\s*",
@@ -51,6 +52,23 @@ class Routine:
     parameters: tuple[str, ...]
     outputs: frozenset[str]
     unsaid: frozenset[str]
+
+
+@contextmanager
+def no_program_of_its_own(routine: Routine) -> Iterator[None]:
+    """Of a main routine that is handed values and can't be read without them, say that. Raises KrlError."""
+    try:
+        yield
+    except KrlError as error:
+        if not routine.parameters:
+            raise
+        handed = ", ".join(routine.parameters[:3])
+        raise KrlError(
+            f"{shown(routine.name)} is handed {shown(handed)}: a routine of another program's ({error.what})",
+            hint="give the program that calls it",
+            path=error.path,
+            line=error.line,
+        ) from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from camrob.languages.krl.reader.control_flow import Flow, leave_loop
 from camrob.languages.krl.reader.expressions import Expression, Unknown, Value, place_of
 from camrob.languages.krl.reader.known import MESSAGES
 from camrob.languages.krl.reader.machine import KrlMachine
-from camrob.languages.krl.reader.module import Block, Module, Routine, load_module
+from camrob.languages.krl.reader.module import Block, Module, Routine, load_module, no_program_of_its_own
 from camrob.languages.krl.reader.settings import run_settings
 from camrob.languages.krl.reader.splines import SPLINES, begin_block, only_begins, spline_motion
 from camrob.languages.krl.reader.tokens import Token, handed, mark_of, shown, tokens_of
@@ -94,10 +94,10 @@ class _Reader:
         if main.main.name != self._path.stem.upper():
             text = f"the first routine is {shown(main.main.name)}, not {shown(self._path.stem)}"
             self._machine.find("name", text, main.main.start, Severity.INFO)
-        self._call(main, main.main, [])
-        machine = self._machine
-        columns = machine.rows.columns()
-        used = [k for k in range(6) if (columns["external"][:, k] == columns["external"][:, k]).any()]
+        with no_program_of_its_own(main.main):
+            self._call(main, main.main, [])
+        columns = (machine := self._machine).rows.columns()
+        used = [k for k, values in enumerate(columns["external"].T) if k < 6 and (values == values).any()]
         columns["external"] = sealed(columns["external"][:, used])
         tools, bases = (_used(machine.frames[name], columns, name) for name in ("tool", "base"))
         return ProgramText(
