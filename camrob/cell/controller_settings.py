@@ -41,6 +41,8 @@ class ControllerSettings:
     spindle_rpm: the least and the most that the spindle turns at while it is on, None where nobody says.
     tool_change_pose: where tools are changed, axis values in the order A1..A6, E1.. (degrees and mm); None is HOME.
     entries: whether a program comes with one for each operation behind the first, that does the rest of it from there on.
+    base_frame: where the cell's `base` lies in the controller's world, or where base follows the table in the plate that turns:
+    X, Y, Z, A, B, C, mm and degrees; None where nobody says, and the two are taken to be one.
     hooks: lines of a program for each name of `HOOK_PLACEHOLDERS`; `{speed}` and the like stand for numbers. `spindle_on`
     turns clockwise, `spindle_on_ccw` counter-clockwise.
     language: what programs are written in, "" the usual one; own: what the cell says beside all this, for that language alone,
@@ -63,6 +65,7 @@ class ControllerSettings:
     spindle_rpm: tuple[float, float] | None = None
     tool_change_pose: tuple[float, ...] | None = None
     entries: bool = False
+    base_frame: tuple[float, ...] | None = None
     hooks: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     language: str = ""
     own: Mapping[str, object] = field(default_factory=dict)
@@ -88,6 +91,10 @@ class ControllerSettings:
                 raise CellError(f"spindle_rpm is {list(self.spindle_rpm)}", hint="give [least, most]")
         if self.tool_change_pose is not None and not all(math.isfinite(v) for v in self.tool_change_pose):
             raise CellError("tool_change_pose holds a number that is not finite", hint="give degrees and mm")
+        if self.base_frame is not None and not all(math.isfinite(v) for v in self.base_frame):
+            raise CellError(
+                "base_frame holds a number that is not finite", hint="give X, Y, Z, A, B, C in mm and degrees"
+            )
         hooks: dict[str, tuple[str, ...]] = {}
         for name, lines in self.hooks.items():
             if name not in HOOK_PLACEHOLDERS:

@@ -27,6 +27,7 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...]) -> Controller
         key: table.integer(key, lower=0, upper=10**9)
         for key in ("advance", "max_lines", "max_bytes", "max_line_length")
     }
+    base_frame = tuple(table.vector("base_frame", 6).tolist()) if "base_frame" in table else None
     spindle_rpm, tool_change_pose = _pair(table, "spindle_rpm"), _pose(table, "tool_change_pose", joints)
     try:
         settings = ControllerSettings(
@@ -43,6 +44,7 @@ def read_controller(table: TableReader, joints: tuple[Joint, ...]) -> Controller
             spindle_rpm=spindle_rpm,
             tool_change_pose=tool_change_pose,
             entries=table.flag("entries") if "entries" in table else False,
+            base_frame=base_frame,
             hooks=hooks,
             language=language,
             own=table.rest(),

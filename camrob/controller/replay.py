@@ -131,7 +131,7 @@ def base_poses(program: ProgramText, cell: Cell, q_external: Array) -> tuple[Arr
     findings = []
     if not program.bases or any(f.kind is FrameKind.UNKNOWN for f in program.bases):
         findings.append(Finding("base-unknown", "the program does not say its base frame; the cell's base is taken"))
-    known = _known_bases(program)
+    known = _known_bases(program, cell)
     poses = np.empty((len(program), 4, 4))
     for start in range(0, len(program), _CHUNK):
         rows = slice(start, start + _CHUNK)
@@ -145,15 +145,19 @@ def base_poses(program: ProgramText, cell: Cell, q_external: Array) -> tuple[Arr
     return poses, findings
 
 
-def base_offsets(program: ProgramText) -> Array:
-    """(N, 4, 4) the program's base at each motion, in what a base without an offset stands for; nothing where it isn't said."""
-    return np.asarray(_known_bases(program)[np.maximum(program.base, 0)])
+def base_offsets(program: ProgramText, cell: Cell) -> Array:
+    """(N, 4, 4) the program's base at each motion, in the cell's `base`, or `world` where it stands; the own where unsaid."""
+    return np.asarray(_known_bases(program, cell)[np.maximum(program.base, 0)])
 
 
-def _known_bases(program: ProgramText) -> Array:
-    """(K, 4, 4) the program's bases, nothing for those that it doesn't say; one at the least."""
-    known = [np.eye(4) if f.kind is FrameKind.UNKNOWN else frame_of(np.asarray(f.xyzabc)) for f in program.bases]
-    return np.stack(known or [np.eye(4)])
+def _known_bases(program: ProgramText, cell: Cell) -> Array:
+    """(K, 4, 4) the program's bases, the cell's own for those that it doesn't say; one at the least."""
+    base_T_controller = inverse(cell.controller_T_base)
+    frames = [np.eye(4)]
+    if program.bases:
+        known = [(f.kind is not FrameKind.UNKNOWN, np.asarray(f.xyzabc)) for f in program.bases]
+        frames = [base_T_controller @ frame_of(xyzabc) if said else np.eye(4) for said, xyzabc in known]
+    return np.stack(frames)
 
 
 def replay(program: ProgramText, cell: Cell, *, progress: Share | None = None) -> Replay:

@@ -53,12 +53,13 @@ def build_program(
     events: Sequence[ProgramEvent] = (),
     comment: Sequence[str] = (),
 ) -> Program:
-    """A program of N motions on a cell, with its tool mounted at the start, every number rounded.
+    """A program of N motions on a cell, with its tool and base in force from the start, every number rounded.
 
     kind: (N,) `Motion`. axis_values: (N, axes) degrees and mm at the motions' ends. frames: (N, 4, 4) the tool there in the frame
     that the program's base stands for, where a motion goes to a pose. speed: (N,) m/s of LIN and CIRC, left aside for PTP. tools:
     (T, 6) further tools, and loads: (L, 4), rounded already, which events mount. Others: see `Program`; one value holds for all.
     """
+    base = None if cell.controller_section is None else cell.controller_section.base_frame
     kinds = np.asarray(kind, np.int8)
     count = len(kinds)
     axes = rounding.axes(axis_values[:, :6])
@@ -87,7 +88,7 @@ def build_program(
         region=each(region, np.int32),
         safe=each(safe, np.bool_),
         tool=rounding.frame(printed_frames(np.asarray(cell.flange_T_tool))),
-        base=np.zeros(6),
+        base=rounding.frame(np.zeros(6) if base is None else np.array(base)),
         comment=tuple(comment),
         events=tuple(events),
         tools=np.zeros((0, 6)) if tools is None else tools,

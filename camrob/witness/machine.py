@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,7 @@ class Controller:
     base_template: str = ""
     act_ex_ax: int | None = None
     ptp_percent: float | None = None
+    base_frame: tuple[float, ...] = (0.0,) * 6  # the cell's base in the controller's world, or in its plate that turns
     settings: Mapping[str, float] = field(default_factory=dict)  # system variables, as programs are to set them
     own: Mapping[str, object] = field(default_factory=dict)  # all of the section, for languages with words of their own
 
@@ -146,6 +148,25 @@ class Machine:
         foot = ("workpiece",)
         now = self._whole(self.carrier(axes, foot), len(axes))
         return now @ inverse(joined(*self.carrier(np.zeros((1, axes.shape[1])), foot)))
+
+    def held(self) -> dict[str, Any]:
+        """What the controller holds by the cell's word: HOME by its name, the row of BASE_DATA that is the cell's base."""
+        own = self.controller.own
+        values: dict[str, Any] = {}
+        point = own.get("home_point")
+        if isinstance(point, dict) and len(point["axes"]) == len(self.axis_names):
+            axes = dict(zip(self.axis_names, map(float, point["axes"]), strict=True))
+            values[str(point["name"]).upper()] = {"": "E6AXIS", **axes}
+        if own.get("base_measured") is True:
+            values[f"BASE_DATA[{own.get('base_number')}]"] = dict(
+                zip("XYZABC", self.controller.base_frame, strict=True)
+            )
+        return values
+
+    @property
+    def base_T_controller(self) -> Array:
+        """(4, 4) what a `$BASE` of zeros stands for: in base, where it stands still at the table's 0."""
+        return inverse(frame(np.array(self.controller.base_frame)))
 
     def base_T_flange(self, axes: Array) -> Array:
         """Forward kinematics: (M, 4, 4) of axis values (M, n)."""
@@ -237,6 +258,7 @@ def _controller(fields: Fields, joints: tuple[Joint, ...]) -> Controller:
         tool_change_pose=pose,
         base_template=table.text("base_template", ""),
         act_ex_ax=None if "act_ex_ax" not in table else int(table.number("act_ex_ax")),
+        base_frame=tuple(float(value) for value in table.numbers("base_frame", 6, [0.0] * 6)),
         ptp_percent=table.maybe("ptp_velocity_percent"),
         settings={name: value for name, key in _SETTINGS.items() if (value := table.maybe(key)) is not None},
         own=dict(table.table),

@@ -104,7 +104,7 @@ def with_targets_added(
     poses = seen_by_program(planned.cell, np.asarray(planned.q), np.asarray(planned.base_T_tool))
     axes = [planned.cell.axis_names.index(name) for name in program.external_names]
     external = planned.cell.to_axis_values(np.asarray(planned.q))[:, axes]
-    offsets = base_offsets(program)
+    offsets = base_offsets(program, planned.cell)
     added: dict[str, dict[int, list[AddedTarget]]] = {name: {} for name in program.files}
     for m, shares in places.items():
         for s in shares:

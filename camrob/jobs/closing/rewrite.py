@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 def _printed_poses(text: ProgramText, cell: Cell, q: Array) -> Array:
     """X .. C (N, 6), mm and degrees in the program's base, of the nominal robot in postures q (N, n)."""
-    return printed_frames(inverse(base_offsets(text)) @ seen_by_program(cell, q, base_T_tool(cell, q)))
+    return printed_frames(inverse(base_offsets(text, cell)) @ seen_by_program(cell, q, base_T_tool(cell, q)))
 
 
 def rewritten(

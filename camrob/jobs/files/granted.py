@@ -37,12 +37,13 @@ Array = NDArray[np.float64]
 def taken_for_granted(
     cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array | None = None, part: Array | None = None
 ) -> tuple[Finding, ...]:
-    """No set-up, numbers in another unit by the look of them, another tool than the file's, no bodies to collide with, a stock
-    that the path doesn't meet, rapids into it, a part below the table's top. stock, part: (T, 3, 3) m, triangles in the CL
-    data's frame.
+    """No set-up, a base that nobody states, numbers in another unit by the look of them, another tool than the file's, no bodies
+    to collide with, a stock that the path doesn't meet, rapids into it, a part below the table's top. stock, part: (T, 3, 3) m,
+    triangles in the CL data's frame.
     """
     found = [
         _no_setup(cell, setup),
+        _base(cell),
         _in_metres(setup, toolpath),
         *(_short(tool) for tool in setup.tools),
         *(_another(setup, tool) for tool in toolpath.tools),
@@ -53,6 +54,20 @@ def taken_for_granted(
     ]
     doubted = *doubtful_setup(setup, toolpath), *doubtful_cell(cell, setup)
     return (*(f for f in found if f is not None), *doubted, *_bare_links(cell))
+
+
+def _base(cell: Cell) -> Finding | None:
+    """A base that stands still, and nobody says where on the controller: it is written as zeros."""
+    section = cell.controller_section
+    if section is None or cell.base_follows_table or section.base_frame is not None or section.own.get("base_measured"):
+        return None
+    text = "nobody says where the cell's world lies on the controller, so that the base is written as zeros"
+    if section.own.get("numbering") == "tables":
+        text += f", also over BASE_DATA[{section.own.get('base_number')}]"
+    text += (
+        ": where the controller's world is not the cell's, the program runs elsewhere; give base_frame in [controller]"
+    )
+    return Finding("base-unsaid", text)
 
 
 def _short(tool: ToolSetup) -> Finding | None:

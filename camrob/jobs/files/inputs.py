@@ -17,6 +17,8 @@ from camrob.errors import InputError
 from camrob.findings import Finding
 from camrob.jobs.files.granted import assumed_limits, taken_for_granted
 from camrob.jobs.files.mounting import MountedTool, change_poses, mounted_tools
+from camrob.kinematics.frames import base_T_root
+from camrob.program.builder import printed_frames
 from camrob.program.language import Language
 from camrob.program.process import tool_changes
 from camrob.progress import Share
@@ -104,7 +106,27 @@ def program_comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
         f"sha256 {toolpath.sha256}",
         f"cell {inputs.cell.name}, method {method}, {toolpath.points} points",
         *_clamped(inputs.setup),
+        *_based(inputs.cell),
     )
+
+
+def _based(cell: Cell) -> tuple[str, ...]:
+    """Which frame of the controller has to agree with which of the cell; nothing of a base on a table that says nothing else."""
+    section = cell.controller_section
+    if section is None:
+        return ()
+    if section.own.get("base_measured"):
+        return (
+            f"base: BASE_DATA[{section.own.get('base_number')}] of the controller, which has to be the cell's base",
+        )
+    if cell.base_follows_table:
+        return () if section.base_frame is None else ("base: the cell's, as it lies in the plate that turns",)
+    if section.base_frame is None:
+        return ("base: zeros, so the controller's world has to be the cell's",)
+    zero = cell.to_q(np.zeros(len(cell.axis_names)))
+    root = printed_frames(cell.controller_T_base @ base_T_root(cell, zero))
+    shown = " ".join(f"{c} {v + 0.0:.3f}" for c, v in zip("XYZABC", root.round(3).tolist(), strict=True))
+    return ("base: the cell's world, as it lies in the controller's world", f"the robot's root there: {shown} (E at 0)")
 
 
 def _clamped(setup: Setup) -> tuple[str, ...]:

@@ -26,7 +26,8 @@ class KrlSettings:
     """ori_type, circ_type: `$ORI_TYPE`, `$CIRC_TYPE`. base_template: how a base that follows the table is printed, `{base}`
     standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
     act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are made active
-    (for load data and the pendant) before the frames are written, None leaves them alone. stop_message: whether a program
+    (for load data and the pendant) before the frames are written, None leaves them alone. base_measured: the base is the row
+    base_number of BASE_DATA as the controller has it, which is never written. stop_message: whether a program
     declares the usual interrupt for stop messages, IR_STOPM, which shows them. upload_folder: the controller's folder that
     programs are copied into, each into one of its own name, as in `R1/Program`; a list of what goes there comes with each
     program then. Empty: no list. customs: what the shop's programs look like otherwise.
@@ -38,6 +39,7 @@ class KrlSettings:
     act_ex_ax: int
     tool_number: int | None
     base_number: int | None
+    base_measured: bool
     stop_message: bool
     upload_folder: str
     customs: Customs
@@ -88,6 +90,7 @@ def krl_settings(controller: ControllerSettings) -> KrlSettings:
         act_ex_ax=_number(own, "act_ex_ax", _MECHANISMS) or 0,
         tool_number=tool_number,
         base_number=base_number,
+        base_measured=_measured(own, base_number),
         stop_message=_flag(own, "stop_message"),
         upload_folder=_folder(own, "upload_folder"),
         customs=take_customs(own, tool_number=tool_number, base_number=base_number),
@@ -127,6 +130,14 @@ def _folder(own: dict[str, object], key: str) -> str:
     if not isinstance(value, str) or (value and _FOLDER.fullmatch(value) is None):
         raise CellError(f"{key} is {value!r}"[:80], hint='write folders of the controller, as in "R1/Program"')
     return value
+
+
+def _measured(own: dict[str, object], base_number: int | None) -> bool:
+    """`base_measured`, which needs its row."""
+    measured = _flag(own, "base_measured")
+    if measured and not base_number:
+        raise CellError("base_measured is true without a row of BASE_DATA", hint="add base_number, from 1")
+    return measured
 
 
 def _flag(own: dict[str, object], key: str) -> bool:

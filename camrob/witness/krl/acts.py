@@ -190,7 +190,8 @@ def _hold_tables(state: State, row: str, line: Line) -> None:
     if table not in _TABLES or state.files[state.file].lower().endswith(".dat"):
         return
     own = state.machine.controller.own
-    if own.get("numbering") != "tables" or row != f"{table}[{own.get(_TABLES[table])}]":
+    measured = table == "BASE_DATA" and own.get("base_measured") is True
+    if measured or own.get("numbering") != "tables" or row != f"{table}[{own.get(_TABLES[table])}]":
         text = f"{row} is written over, which the cell doesn't ask for, and which other programs of the controller may rely on"
         state.object("table-row", text, line, "warning")
 

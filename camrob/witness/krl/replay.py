@@ -60,7 +60,8 @@ class _Replay:
     def __post_init__(self) -> None:
         count, state = len(self.motions), self.state
         nowhere = np.full((4, 4), np.nan)
-        self.bases = [nowhere if base.values is None else frame(np.array(base.values)) for base in state.bases]
+        origin = state.machine.base_T_controller
+        self.bases = [nowhere if base.values is None else origin @ frame(np.array(base.values)) for base in state.bases]
         self.tools = [nowhere if values is None else frame(np.array(values)) for values in state.tools]
         self.tip, self.axis, self.center, self.normal = (np.full((count, 3), np.nan) for _ in range(4))
         self.angle, self.axes = np.full(count, np.nan), self.motions.axes

@@ -91,10 +91,7 @@ class _Runner:
 
     def configure(self) -> None:
         """Takes over what the cell says that the controller holds, and what a `$config.dat` beside the program declares."""
-        point = self.state.machine.controller.own.get("home_point")
-        if isinstance(point, dict) and len(point["axes"]) == len(self.state.machine.axis_names):
-            axes = dict(zip(self.state.machine.axis_names, map(float, point["axes"]), strict=True))
-            self.state.variables.common[str(point["name"]).upper()] = {"": "E6AXIS", **axes}
+        self.state.variables.common.update(self.state.machine.held())
         path = beside(self.folder, "$config.dat")
         if path is not None:
             self.take(path, data_lines(path), self.state.variables.common)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from camrob.witness.frames import angle_of, frame
+from camrob.witness.frames import angle_of, frame, inverse
 from camrob.witness.happenings import Objection
 from camrob.witness.krl.conduct import unlike
 from camrob.witness.krl.state import Base, State
@@ -275,7 +275,9 @@ def _moved_frame(state: State, match: re.Match[str], line: Line, value: str) -> 
     """`$ROBROOT`, `$WORLD`: right only where nothing changes."""
     name = match["which"]
     zero = np.zeros((1, len(state.machine.axis_names)))
-    expected = state.machine.base_T_root(zero)[0] if name == "ROBROOT" else np.eye(4)
+    expected = np.eye(4)
+    if name == "ROBROOT":
+        expected = inverse(state.machine.base_T_controller) @ state.machine.base_T_root(zero)[0]
     try:
         given = frame(np.array(state.frame_of(state.variables.value(value))))
         gone = float(np.linalg.norm(given[:3, 3] - expected[:3, 3]))

@@ -356,7 +356,7 @@ class State:
         base = self.bases[index]
         if base.values is None:
             raise UnknownError("$BASE isn't known")
-        fixed = frame(np.array(base.values))
+        fixed = self.machine.base_T_controller @ frame(np.array(base.values))
         axes = np.array([[0.0] * 6 + self.external])
         return fixed if base.follows else np.asarray(self.machine.base_T_world(axes)[0] @ fixed)
 

@@ -18,8 +18,17 @@ _AXES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2", "E3", "E4", "E5", "E6")
 
 
 def controller_values(controller: ControllerSettings | None) -> Mapping[str, Value]:
-    """HOME by the name that `home_point` gives it, where the cell has one."""
-    point = None if controller is None else controller.own.get("home_point")
-    if not isinstance(point, dict):
+    """HOME by the name that `home_point` gives it, and the row of BASE_DATA that is the cell's base, where the cell has them."""
+    if controller is None:
         return {}
-    return {str(point["name"]).upper(): Aggregate("E6AXIS", dict(zip(_AXES, map(float, point["axes"]), strict=False)))}
+    known: dict[str, Value] = {}
+    point = controller.own.get("home_point")
+    if isinstance(point, dict):
+        axes = dict(zip(_AXES, map(float, point["axes"]), strict=False))
+        known[str(point["name"]).upper()] = Aggregate("E6AXIS", axes)
+    if controller.own.get("base_measured") is True:
+        frame = controller.base_frame or (0.0,) * 6
+        known[f"BASE_DATA[{controller.own.get('base_number')}]"] = Aggregate(
+            "FRAME", dict(zip("XYZABC", frame, strict=True))
+        )
+    return known

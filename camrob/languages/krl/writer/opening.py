@@ -84,12 +84,15 @@ def _settings(own: KrlSettings, controller: ControllerSettings) -> list[str]:
 
 
 def _base_lines(own: KrlSettings, frame: str) -> list[str]:
-    """`$BASE` becomes a frame, by way of its row of BASE_DATA where that is the custom."""
+    """`$BASE` becomes a frame, by way of its row of BASE_DATA where that is the custom, or the row as the controller has it."""
     template = own.base_template or "{base}"
+    row = f"BASE_DATA[{own.base_number}]"
+    by_row = "$BASE = " + template.replace("{base}", row)
+    if own.base_measured:
+        return [by_row]
     if own.customs.numbering != "tables":
         return ["$BASE = " + template.replace("{base}", frame)]
-    row = f"BASE_DATA[{own.base_number}]"
-    return [f"{row} = {frame}", "$BASE = " + template.replace("{base}", row)]
+    return [f"{row} = {frame}", by_row]
 
 
 def tool_lines(own: KrlSettings, frame: str) -> list[str]:
