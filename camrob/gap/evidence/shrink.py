@@ -74,12 +74,17 @@ class Shrinkage:
         low, high = np.quantile(1.0 - np.sqrt(after / np.maximum(before, 1e-24)), [0.05, 0.95])
         return float(low), float(high)
 
-    def structure(self) -> float:
-        """m: rms of what hangs together in what is left, block by block; of single poses, what is more than their noise."""
+    def structure(self, *, before: bool = False) -> float:
+        """m: rms of what hangs together in what is left, or in the gap before, block by block; of single poses, what is more than
+        their noise.
+        """
         parts = []
         for b in np.unique(self.block):
             at = self.block == b
-            r, floor = self.after[at], float("nan") if self.floor is None else float(self.floor[at][0])
+            r, floor = (
+                (self.before if before else self.after)[at],
+                float("nan") if self.floor is None else float(self.floor[at][0]),
+            )
             if np.isfinite(floor):
                 parts.append(np.sum(r**2, axis=1) - floor)
             else:

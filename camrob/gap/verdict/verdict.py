@@ -153,7 +153,7 @@ def _said(
     claimed = tuple(e.effect for e in entries if e.claimed)
     regimes = residual_regimes(model, left := left_everywhere(model, members, trial))
     sets = alternatives(model.sets, probability)
-    stages = stages_within(model.scenes, together, together.structure(), model.noise)
+    stages = stages_within(model.scenes, together, model.noise)
     within = {name: s.within for name, s in stages.items()}
     drive, words = drives_beyond(model.scenes, model.noise) if not claimed else ("", "")
     if claimed:

@@ -58,15 +58,15 @@ class Stage:
         )
 
 
-def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> dict[str, Stage]:
-    """By logged stage. shrunk: on withheld samples, its `before` the gap; structure: m of it that hang together; noise: m."""
+def stages_within(scenes: Sequence[Scene], shrunk: Shrinkage, noise: float) -> dict[str, Stage]:
+    """By logged stage. shrunk: on withheld samples, its `before` the gap; noise: m."""
     said = {}
     if all(s.servo_gap is not None for s in scenes):
         drives, order = _drives(scenes, noise), (BEYOND, "tolerance", "noise")
         # the axis that is worst of those within what the whole stage is within
         said["setpoint_to_encoder"] = min(drives.values(), key=lambda s: (order.index(s.within), -s.rms))
     if all(s.tracked for s in scenes):
-        said["encoder_to_tcp"] = _of_gap(scenes, shrunk, structure, noise)
+        said["encoder_to_tcp"] = _of_gap(scenes, shrunk, noise)
     return said
 
 
@@ -111,11 +111,11 @@ def motors_follow(scenes: Sequence[Scene]) -> frozenset[str]:
     return frozenset(found)
 
 
-def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, structure: float, noise: float) -> Stage:
+def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, noise: float) -> Stage:
     sigma = np.array([s.sigma[0] for s in scenes]) * np.sqrt(3.0)
     known = bool(np.isfinite(sigma).all() and (sigma > 0.0).all())
     instrument = float(np.sqrt(np.mean(sigma**2))) if known else noise
-    quiet = structure < _LEFT * noise and noise < _SHOWN * instrument
+    quiet = shrunk.structure(before=True) < _LEFT * noise and noise < _SHOWN * instrument
     tolerance, p95 = tolerance_of(scenes), shrunk.quantiles()["p95"][0]
     if shrunk.rms_before < _LOUD * instrument or quiet:
         within = "noise"

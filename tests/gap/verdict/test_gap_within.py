@@ -9,8 +9,9 @@ import pytest
 from gap_cases import kr15, simulated
 
 from camrob.gap.diagnose import diagnose
+from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.observation.scene import make_scene
-from camrob.gap.verdict.within import drives_on_work
+from camrob.gap.verdict.within import drives_on_work, stages_within
 from camrob.measurement.log import MeasurementLog
 from camrob.report.diagnosis.sentences import sentence
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
@@ -64,6 +65,17 @@ def test_what_the_user_lives_with_and_what_the_encoders_scatter_by_is_no_gap_and
     assert value in drives
     assert "between encoder and TCP" in arm
     assert "within the noise (" in arm
+
+
+def test_a_gap_is_no_noise_because_what_is_claimed_explains_it_all() -> None:
+    """It is asked of the gap, and not of what a claim leaves of it: of a zero the page said "leave zeros alone"."""
+    scenes, rng = [make_scene(simulated(sigma_mm=0.02), kr15())], np.random.default_rng(3)
+    noise = rng.normal(0.0, 2e-5, (600, 3))
+    swings = noise + 1e-3 * np.sin(np.arange(600) / 40.0)[:, None]
+    block = np.repeat(np.arange(6), 100)
+    for before, said in ((swings, "beyond"), (noise, "noise")):
+        stages = stages_within(scenes, Shrinkage(before, noise, block), 2e-5 * np.sqrt(3.0))
+        assert stages["encoder_to_tcp"].within == said
 
 
 @pytest.mark.slow
