@@ -22,6 +22,11 @@ __all__ = ["NextRun", "next_run", "without_motions"]
 
 _ARM = 6  # axes of an arm whose motions can be followed
 _WORTH = 0.02  # probability below which no name is worth an experiment
+_EVEN, _RIVAL = 0.5, 0.1  # probability of two names together from which they are asked first, and of the second of them
+_LOADS = (
+    "with and without the load at the tool, say which in payload_kg of each LOG.toml, and diagnose both together: where joints "
+    "are soft the gap changes with the load, what a mass does that nobody counted stays, as zeros and geometry do"
+)
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,9 @@ def next_run(model: Model, verdict: Verdict, library: Sequence[Effect]) -> NextR
         order = sorted(shares, key=lambda a: -shares[a].value)
         for_unknown = run_for_unknown(stays, axes, order, max(model.scenes, key=len))
     doubt = _doubt(verdict)
+    between = _between_names(model, verdict, library)
+    if between is not None:
+        return NextRun(*between, for_unknown)
     planned = None if by_force and not verdict.claimed else _planned(model, verdict, axes, for_unknown, doubt)
     if planned is not None:
         return NextRun(planned.text, planned.about, for_unknown, planned.motions, planned.figures)
@@ -61,6 +69,25 @@ def _doubt(verdict: Verdict) -> Doubt | None:
     """The largest claim that may be another; None where each stands."""
     found = sorted((e for e in verdict.effects if e.claimed and e.like_others), key=lambda e: -e.moves_mm)
     return Doubt(found[0].effect, found[0].indistinguishable_from, found[0].isolated_by) if found else None
+
+
+def _between_names(model: Model, verdict: Verdict, library: Sequence[Effect]) -> tuple[str, tuple[str, ...]] | None:
+    """What to run where nothing is claimed as two names may be it, which together are likelier than all else, and about which:
+    what follows the load is asked by the load, whatever else the rest may follow on these logs. Else None.
+    """
+    nothing = sum(a.probability for a in verdict.alternatives if not a.effects)
+    if verdict.claimed or verdict.status == "no gap" or nothing >= _EVEN:
+        return None
+    by_name = {e.name: e for e in library}
+    able = [e for e in verdict.effects if e.effect in by_name and not e.implausible]
+    first, *rest = sorted(able, key=lambda e: -e.probability)[:2] or [None]
+    if first is None or not rest or first.probability + rest[0].probability < _EVEN or rest[0].probability < _RIVAL:
+        return None
+    both = (first.effect, rest[0].effect)
+    by_load = all(by_name[n].regimes[:1] == ("load",) for n in both)
+    again = "measure the same poses" if any(s.poses for s in model.scenes) else "run the same path"
+    run = f"{again} {_LOADS}" if by_load else by_name[both[0]].experiment
+    return f"To tell {named(both[:1])} from {named(both[1:])}: {run}.", both
 
 
 def _planned(

@@ -158,3 +158,18 @@ def test_where_there_is_nothing_to_adjust_the_next_deed_is_said_too() -> None:
         "Joint compliance of A2: nothing to adjust. Backlash of A2: have the play of A2 taken up"
     )
     assert said(soft | {"moves_mm": 2.0}, PLAY)["Do first"].startswith("Nothing to adjust: so it is.")
+
+
+def test_encoders_that_are_off_while_the_tool_is_not_are_the_recorder_s() -> None:
+    place = {"rung": "setpoint_to_encoder", "axes": [], "regimes": ["speed"], "comes_back": ""}
+    silent = {"rms_before_mm": 0.03, "rms_after_mm": 0.03}
+    lines = said(
+        status="unexplained",
+        unknown=UNKNOWN | {"where": place},
+        together=diagnosis_summary().together.to_json() | silent,
+        within={"setpoint_to_encoder": "beyond", "encoder_to_tcp": "beyond"},
+    )
+    assert lines["What"].startswith(
+        "The record of the encoders, and not the machine: the tool is where the set-points say"
+    )
+    assert lines["Do first"] == "Have the recorder's filter and clock looked at, and log again. Leave alone: the robot."

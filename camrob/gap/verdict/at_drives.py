@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.design import Panel
-from camrob.gap.evidence.model import Model, members_of
+from camrob.gap.evidence.model import Model, effect_rms, members_of
 from camrob.gap.evidence.scan import DRIVE
 from camrob.gap.evidence.shrink import Shrinkage, Trial, drives_gap
 from camrob.gap.evidence.unknown import DEGREE
@@ -28,6 +28,7 @@ __all__ = [
     "at_drives",
     "behind_encoders",
     "behind_motors",
+    "misread",
     "moved_at_drives",
     "not_told_apart",
     "shaped_at_drives",
@@ -39,6 +40,9 @@ Array = NDArray[np.float64]
 
 _MOST = 0.5  # of what a name does at the drives
 _TINY = 1e-12
+# times the noise, within which the tool is at the set-points, and from which encoders are not
+_AT_SETPOINTS, _FAR_FROM_THEM = 1.2, 10.0
+_BENT = 0.01  # of how late encoders are, what their own levers, which are others by then, make of it
 _SCALES = (0.5, 1.5)  # times the fitted values, between which a stand-in is tried
 _STEADY = frozenset({"speed", "acceleration"})  # regimes of what a delay shows too, its second order with its first
 
@@ -63,6 +67,18 @@ def without_drives_rest(model: Model, trial: Trial) -> Trial:
     values = model.values(model.best.members, model.best)
     panels = tuple(p if p.y_servo is None else replace(p, y_servo=p.errors(values)) for p in trial.panels)
     return replace(trial, panels=panels)
+
+
+def misread(model: Model, trial: Trial, together: Shrinkage, drives: Collection[str]) -> frozenset[str]:
+    """What explains late encoders, and all that cancels it, where the tool is at the set-points within the noise: then the
+    encoders' record is late and not the drives. The instrument's clock would have to trail by just as much.
+    """
+    claimed = model.evidence.effects_of(model.best.members)
+    if not claimed.intersection(drives):
+        return frozenset()
+    late = max(effect_rms(model, trial.panels, n) for n in claimed.intersection(drives))
+    silent = together.rms_before <= float(np.hypot(_AT_SETPOINTS * model.noise, _BENT * late))
+    return claimed if silent and late >= _FAR_FROM_THEM * model.noise else frozenset()
 
 
 def behind_motors(model: Model, names: Collection[str], axes: Collection[str]) -> frozenset[str]:

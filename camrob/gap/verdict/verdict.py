@@ -23,6 +23,7 @@ from camrob.gap.verdict.at_drives import (
     at_drives,
     behind_encoders,
     behind_motors,
+    misread,
     not_told_apart,
     shaped_at_drives,
     without_drives_rest,
@@ -114,7 +115,8 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     against = any_course(model, drives.intersection(n for n, p in probability.items() if p >= 0.5))
     probability |= {n: min(probability[n], BELIEF.unclear) for n in against}
     in_gears = behind_motors(model, drives, motors_follow(model.scenes))
-    probability |= {n: probability[n] * BELIEF.impossible for n in in_gears}
+    wrong = in_gears | misread(model, trial, together, drives)
+    probability |= {n: probability[n] * BELIEF.impossible for n in wrong if n in probability}
     named = [n for n, p in probability.items() if p >= 0.5]
     if claims(model, probability) != members:
         # what was believed and is no more may have cancelled a part of what is

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import hypot, sqrt
 
 from camrob.report.diagnosis.numbers import beyond_ordinary, fitted, mm, share, sure, to_mm
 from camrob.report.diagnosis.sentences import between, only_first, plain_name
@@ -25,6 +25,8 @@ _STAGE_SOUND = {
     "setpoint_to_encoder": "the drives, which follow their set-points",
     "encoder_to_tcp": "gears, zeros and frames, as the tool is where the encoders say",
 }
+_SILENT = 1.2  # times the noise, within which the tool is where the set-points say
+_BENT = 0.01  # of how far encoders are off, what levers that are others by then make of it
 _ALL_ALIKE = "all axes alike"
 _NO_DEED = "nothing to adjust"  # how a remedy begins that is none
 _TRIFLE = 0.2  # of what the largest cause moves the tool by
@@ -83,6 +85,9 @@ def _of(entry: EffectFound) -> str:
 
 def _nothing_claimed(summary: DiagnosisSummary, first: Sequence[EffectFound]) -> str:
     """That no cause is sure, which are likeliest, and how large the gap is."""
+    if _record_alone(summary):
+        size = f"{mm(summary.together.rms_before_mm)} rms {_on(summary)}; noise {mm(summary.gap.noise_mm)}"
+        return f"The record of the encoders, and not the machine: the tool is where the set-points say ({size})."
     size = f"the gap is {mm(summary.together.rms_before_mm)} rms {_on(summary)}; noise {mm(summary.gap.noise_mm)}"
     if first and summary.unknown.probability < _LIKELY:
         names = "; ".join(f"{_called(e)}, {to_mm(e.rms_before_mm, e.rms_after_mm)}" for e in first)
@@ -94,6 +99,15 @@ def _nothing_claimed(summary: DiagnosisSummary, first: Sequence[EffectFound]) ->
     names = ", ".join(f"{plain_name(e.effect)} ({sure(e.probability)})" for e in likely[:_MOST])
     text = f"Not sure; {'the likeliest is' if len(likely) == 1 else 'likeliest are'} {names}: {size}."
     return f"{text}{_doubts(likely[:1], summary)}{_impossible(summary)}"
+
+
+def _record_alone(summary: DiagnosisSummary) -> bool:
+    """Whether encoders are off the set-points, and the tool is not."""
+    at_drives = summary.unknown.where.stage == "setpoint_to_encoder" and summary.status == "unexplained"
+    tracked = summary.within.get("encoder_to_tcp") is not None
+    off = summary.where.stages.get("setpoint_to_encoder") or 0.0
+    silent = summary.together.rms_before_mm <= hypot(_SILENT * summary.gap.noise_mm, _BENT * off)
+    return at_drives and tracked and silent and not summary.claimed
 
 
 def _impossible(summary: DiagnosisSummary) -> str:
@@ -210,6 +224,8 @@ def _first(summary: DiagnosisSummary) -> str:
     program = [e for e in summary.claimed if only_first(e)]
     t, left = summary.together, _left_alone(summary, doubtful)
     most_unknown = summary.unknown.rms_mm**2 > t.rms_before_mm**2 - t.rms_after_mm**2
+    if _record_alone(summary):
+        return "Have the recorder's filter and clock looked at, and log again. Leave alone: the robot."
     if not inside:
         step = program[0].remedy if program and program[0].remedy else _next(summary)
     elif inside[0] not in doubtful and inside[0].remedy:

@@ -19,17 +19,17 @@ from camrob.measurement.read_log import read_log
 STEP, TAU = 0.05, 0.04  # s
 
 
-def driven() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def driven(tau: float = TAU, step: float = STEP, seconds: float = 40.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times, set-points of an axis that goes to and fro at many speeds, and where a drive of first order is; degrees."""
-    fine = np.arange(0.0, 40.0, 1e-3)
+    fine = np.arange(0.0, seconds, 1e-3)
     rng = np.random.default_rng(5)
     speed = rng.uniform(-60, 60, len(fine) // 2000 + 1).repeat(2000)[: len(fine)]
     told = np.cumsum(np.convolve(speed, np.ones(200) / 200, "same"))
     told, at = 1e-3 * told, np.empty_like(told)
     at[0] = told[0]
     for k in range(1, len(told)):
-        at[k] = at[k - 1] + 1e-3 / TAU * (told[k] - at[k - 1])
-    every = round(STEP / 1e-3)
+        at[k] = at[k - 1] + 1e-3 / tau * (told[k] - at[k - 1])
+    every = round(step / 1e-3)
     return fine[::every], told[::every], at[::every]
 
 
@@ -55,6 +55,16 @@ def test_more_decimals_leave_the_noise_what_it_is(tmp_path: Path) -> None:
     t, told, at = driven()
     fine = noise_of(make_scene(read_log(written(tmp_path, t, told, at)), read_cell(tmp_path))).servo
     assert np.rad2deg(fine[0]) < 0.05
+
+
+def test_a_cycle_far_below_the_sampling_is_none_of_the_lag(tmp_path: Path) -> None:
+    """7.6 ms at 10 Hz were 20, as 12 of them were a drive's cycle: of that nothing shows in such rows."""
+    t, told, at = driven(0.0076, 0.1, 7.0)
+    log = written(tmp_path, t, np.round(told, 3), np.round(at, 3))
+    diagnose(cell=tmp_path, log=[log], out=tmp_path / "out")
+    said = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    (lag,) = (e for e in said["effects"] if e["effect"] == "servo_lag")
+    assert lag["parameters"]["tau_s"]["value"] == pytest.approx(0.0076, abs=1e-3)
 
 
 def test_set_points_that_a_program_made_of_the_encoders_values_are_refused(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from stranger_arms import UR, columns_of, driven, followed, placed
 
 from camrob.cell.read_cell import read_cell
+from camrob.gap.diagnose import diagnose
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
 from camrob.gap.evidence.model import Model
@@ -21,6 +22,7 @@ from camrob.gap.verdict.beside_more import beside_more
 from camrob.gap.verdict.delivers import delivered
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
+from camrob.report.diagnosis.head import head_lines
 
 LAG = 0.004  # s
 BEND = 2e-3  # m, to either side, as A2 swings: what the library has no name for here
@@ -78,3 +80,23 @@ def test_no_shape_behind_the_encoders_rivals_what_these_show(model: Model) -> No
     blind = replace(beside, panels=tuple(replace(p, servo=None, y_servo=None) for p in beside.panels))
     ((_, held),) = verdict._evidence(blind, SERVO)
     assert held == 0.0
+
+
+@pytest.mark.parametrize("drives", [False, True])
+def test_encoders_that_a_recorder_smooths_are_no_lag_of_the_drives(drives: bool, tmp_path: Path) -> None:
+    """The tool at the set-points, the encoders' record 20 ms late; and, for comparison, drives that are."""
+    (tmp_path / "cell.toml").write_text(UR.cell)
+    cell = read_cell(tmp_path)
+    logs = []
+    for seed in (3, 4):
+        t, command = driven(UR, 20.0, seed)
+        late = followed(command, 0.02)
+        rows = np.arange(200, len(t) - 10, 8)
+        T = placed(UR, (late if drives else command)[rows])
+        columns = columns_of(UR, t[rows], late[rows], T, setpoint=command[rows], turned=False, seed=seed)
+        logs.append(MeasurementLog(columns, LogInfo(sigma_position=1e-5), tmp_path / f"run{seed}.csv"))
+    said = diagnose(logs[:1], cell, withheld=logs[1:]).summary
+    assert [e.effect for e in said.claimed] == (["servo_lag"] if drives else [])
+    if not drives:
+        assert said.status == "unexplained" and said.unknown.where.stage == "setpoint_to_encoder"
+        assert dict(head_lines(said))["What"].startswith("The record of the encoders, and not the machine")
