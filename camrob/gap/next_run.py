@@ -80,10 +80,10 @@ def _between_names(model: Model, verdict: Verdict, library: Sequence[Effect]) ->
         return None
     by_name = {e.name: e for e in library}
     able = [e for e in verdict.effects if e.effect in by_name and not e.implausible]
-    first, *rest = sorted(able, key=lambda e: -e.probability)[:2] or [None]
-    if first is None or not rest or first.probability + rest[0].probability < _EVEN or rest[0].probability < _RIVAL:
+    two = sorted(able, key=lambda e: -e.probability)[:2]
+    if len(two) < 2 or sum(e.probability for e in two) < _EVEN or two[1].probability < _RIVAL:
         return None
-    both = (first.effect, rest[0].effect)
+    both = (two[0].effect, two[1].effect)
     by_load = all(by_name[n].regimes[:1] == ("load",) for n in both)
     again = "measure the same poses" if any(s.poses for s in model.scenes) else "run the same path"
     run = f"{again} {_LOADS}" if by_load else by_name[both[0]].experiment
