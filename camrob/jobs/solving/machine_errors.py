@@ -144,7 +144,7 @@ def _stiffness(arm: tuple[str, ...], known: dict[str, float], compliance: Array)
 
 
 def _pushed(force: CuttingForce | None) -> str:
-    return f"{_ANY_FORCE:g} N from any side" if force is None else f"a force of {force.words}"
+    return f"{_ANY_FORCE:g} N from any side" if force is None else f"a force: {force.words}"
 
 
 def _counts(surface: SurfaceOfPath | None) -> str:

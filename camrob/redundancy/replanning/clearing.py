@@ -10,9 +10,8 @@ first, and the others are looked for in what is left.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +27,7 @@ from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.redundancy.replanning.bettered import Run, RunFigures, cheaper_plans, loses_nothing, whole_price
 from camrob.redundancy.replanning.hurried import held_to_published, out_of_time, published
+from camrob.redundancy.replanning.idle_retracts import INSERTED, Obstacles, retract_tops, without_idle_retracts
 from camrob.redundancy.replanning.one_plan import (
     COARSE,
     Plan,
@@ -43,8 +43,6 @@ from camrob.redundancy.solution import Solution
 __all__ = ["Obstacles", "cleared"]
 
 Array = NDArray[np.float64]
-
-Obstacles: TypeAlias = Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]
 
 CLEARANCE = 0.05  # m that a retract goes above all that the path passes
 _ROUNDS = 8  # plans made anew: a touch that moves on is followed that often
@@ -88,12 +86,20 @@ class _Found:
 def cleared(
     task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share, run: Run | None = None
 ) -> Solution:
-    """The solution of a plan that touches nothing and can be followed, or says what it gave up for that.
+    """The solution of a plan that touches nothing and can be followed, or says what it gave up for that, without retracts that
+    it does nothing on.
 
     run: how the controller runs a solution; with it, a plan cheaper than the knee's that loses nothing is taken (`bettered`).
     One that still touches is returned as it is (whoever checks it, finds it); where there is no plan, the published method's.
     Raises JobError for a point that no posture reaches, or where the published method fails too.
     """
+    solution = _cleared(task, given, obstacles, report_share, run)
+    return without_idle_retracts(task.cell, given, solution, CLEARANCE, obstacles)
+
+
+def _cleared(
+    task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share, run: Run | None
+) -> Solution:
     path, plan = _with_cuts(task, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
@@ -359,7 +365,7 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
     why = {r.point: r.reason for r in solution.revisions if r.kept}
     return [
         Finding(
-            "retract-inserted",
+            INSERTED,
             "the path can't be followed in one posture: the tool is retracted here, the arm re-postured, and cutting goes on"
             + (f"; {why[int(k)]}" if int(k) in why else ""),
             Severity.WARNING,
@@ -367,15 +373,10 @@ def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
             region=int(path.region[k]),
             point=int(k),
         )
-        for k in _tops(path)
+        for k in retract_tops(path)
     ]
-
-
-def _tops(path: ToolPathInBase) -> NDArray[np.int64]:
-    """The points above of the retracts that were put into a path."""
-    return np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
 
 
 def _retracted_for_nothing(path: ToolPathInBase, solution: Solution) -> bool:
     """Whether a path has retracts that a solution doesn't need."""
-    return bool(np.any(~np.isin(_tops(path), [r.point for r in solution.revisions if r.kept])))
+    return bool(np.any(~np.isin(retract_tops(path), [r.point for r in solution.revisions if r.kept])))
