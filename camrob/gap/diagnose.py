@@ -58,6 +58,7 @@ from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, silent
 from camrob.summaries.diagnosis_places import ChangePoint, Places, RunTiming, Standard, Stretch
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, GapFigures
+from camrob.text import one_line
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = ["diagnose"]
@@ -67,6 +68,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _BLOCKS = 10  # a log
 _ARM = 6  # axes of the arms whose motions are planned
+_SHOWN = 60  # characters of a program's name
 
 
 def _one_thread(function: _Function) -> _Function:
@@ -202,7 +204,7 @@ def _laid_beside(
     """Logs laid beside their programs, where both are there, and every log's gap by stage and timing."""
     tracks, by_stage, timings = [], [], []
     for scene, program in zip(scenes, programs, strict=True):
-        track, why = None, "no program"
+        track, why = None, _without_program(scene)
         if program is not None and scene.setpoint is not None and not scene.poses:
             try:
                 track = track_of(scene, program)
@@ -214,6 +216,14 @@ def _laid_beside(
         by_stage.append(stage_gaps(scene, track, why=why))
         timings.append(timing_of(scene, track, why))
     return tracks, by_stage, timings
+
+
+def _without_program(scene: Scene) -> str:
+    """Why a log has no program: it names none, or one that isn't read of itself."""
+    named = one_line(scene.log.info.program, _SHOWN)
+    if not named:
+        return "no program"
+    return f"no program, for {named}, which its .toml names, is no file beside the log: give it with --program"
 
 
 def _started(effects: Sequence[Effect], lost: Mapping[str, float]) -> tuple[Effect, ...]:

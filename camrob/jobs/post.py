@@ -25,7 +25,7 @@ from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.release.attempt import Asked, Made, Order, fit
 from camrob.jobs.release.beside import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
-from camrob.jobs.release.refusal import as_planned, past_limit
+from camrob.jobs.release.refusal import as_hurried, as_planned, past_limit
 from camrob.jobs.release.second_side import asking_for_clampings
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
@@ -283,7 +283,9 @@ def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> 
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    raise first or VerificationError(f"method {order.asked.method} has no variant to try")
+    if first is None:
+        raise VerificationError(f"method {order.asked.method} has no variant to try")
+    raise as_hurried(first, clock.seconds) if clock.up and clock.seconds is not None else first
 
 
 def _fit_within_limits(

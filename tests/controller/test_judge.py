@@ -173,6 +173,16 @@ def test_home_is_no_singular_posture(tmp_path) -> None:
     assert j.good and j.second_library_poses == 0
 
 
+@pytest.mark.parametrize(("left", "warned"), [(4.9, True), (5.1, False)])
+def test_a_slide_that_comes_close_to_its_end_is_a_warning(tmp_path, left, warned) -> None:
+    joints, i = list(CELL.joints), CELL.index("E1")
+    top = float(joints[i].axis_value(np.asarray(way()[:, i].max())))
+    joints[i] = replace(joints[i], upper=top + 1e-3 * left)
+    _, j = judged(tmp_path, way(), cell=replace(CELL, joints=tuple(joints)))
+    found = [(f.axis, f.unit, f.limit) for f in j.findings if f.code == "axis-margin"]
+    assert j.good and found == [("E1", "mm", pytest.approx(5.0))] * warned
+
+
 @pytest.mark.parametrize(("left", "warned"), [(0.03, True), (1.9, True), (2.1, False)])
 def test_an_axis_that_comes_close_to_its_limit_is_a_warning_with_what_is_left(tmp_path, left, warned) -> None:
     """On lines alone: the PTP before them ends on its target, whatever is rounded."""

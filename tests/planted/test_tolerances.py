@@ -308,6 +308,8 @@ def test_every_tolerance_is_named_with_its_unit_and_tested() -> None:
         "_NAME",
     }
     elsewhere = {
+        "CLOSE_TURN": "controller/test_judge.py",
+        "CLOSE_SLIDE": "controller/test_judge.py",
         "JUMP": "controller/test_replay.py",
         "_JUMP_TURN": "checks/test_margins.py",
         "_JUMP_RATIO": "checks/test_margins.py",

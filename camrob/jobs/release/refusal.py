@@ -13,10 +13,11 @@ from camrob.program.program import Program
 from camrob.program.program_text import ProgramText
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["advice", "as_planned", "but_to_plan", "past_limit", "refusal", "refusal_unread"]
+__all__ = ["advice", "as_hurried", "as_planned", "but_to_plan", "past_limit", "refusal", "refusal_unread"]
 
 _PLAN = " or post with --method planned"
-_PLACE = f"place the part elsewhere (camrob place){_PLAN}"
+_ELSEWHERE = "place the part elsewhere (camrob place)"
+_PLACE = f"{_ELSEWHERE}{_PLAN}"
 _ADVICE = {
     "axis-limit": _PLACE,
     "axis-jump": _PLACE,
@@ -41,6 +42,14 @@ def advice(code: str) -> str:
 def as_planned(error: JobError) -> JobError:
     """The error for a job that was posted with --method planned: that is no advice any more."""
     return error.but(but_to_plan(error.what))
+
+
+def as_hurried(error: JobError, seconds: float) -> JobError:
+    """The error for a plan whose time was over before it was made fit: what stands against it may be for want of that."""
+    what = f"give --seconds more or leave it out, for the {seconds:g} s ended before the plan was made fit"
+    if _ELSEWHERE not in error.what:
+        return error.but(f"{error.what}; {what}")
+    return error.but(error.what.replace(_ELSEWHERE, f"{what}, or else {_ELSEWHERE}"))
 
 
 def but_to_plan(text: str) -> str:

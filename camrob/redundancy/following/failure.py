@@ -10,7 +10,7 @@ from camrob.errors import JobError, LimitError, SingularError, UnreachableError
 from camrob.kinematics.arm import STARTS, Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.redundancy.following.follower import FAILED_SINGULAR, FollowState
-from camrob.redundancy.following.nearest_miss import Miss, beyond_span, nearest_miss
+from camrob.redundancy.following.nearest_miss import Miss, nearest_miss, way_into_span
 from camrob.redundancy.path import ToolPathInBase
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -23,10 +23,15 @@ _ELSEWHERE = "place the part elsewhere (part_in_base)"
 
 def _evidence(cell: Cell, arm: Arm, base_T_tip: Array, miss: Miss) -> str:
     """What it rests on that no posture reaches a point, and what would have to give."""
-    beyond = beyond_span(cell, arm, base_T_tip)
+    way = way_into_span(cell, arm, base_T_tip)
+    beyond = float(np.linalg.norm(way))
     where = f" at each of {miss.values} values of {', '.join(miss.axes)}" if miss.axes else ""
     if beyond > 0.0:
-        return f"proved: {m_to_mm(beyond):.0f} mm at least beyond the stretched arm{_wherever(cell)}"
+        moved = ", ".join(
+            f"{axis} {v:+.0f}" for axis, v in zip("XYZ", m_to_mm(way).tolist(), strict=True) if abs(v) >= 1.0
+        )
+        nearer = f", so the part has to come that much nearer, as by {moved} mm in base" if moved else ""
+        return f"proved: {m_to_mm(beyond):.0f} mm at least beyond the stretched arm{_wherever(cell)}{nearer}"
     if arm.searched:
         known = f"searched from {STARTS} starts{where}, which is not a proof"
     elif miss.axes:
@@ -60,11 +65,12 @@ def explain_failure(
     """The error for a path point (index) that the follower could not follow; `base_T_target` is where it stopped short."""
     line, region = _place(path, point)
     reached = base_T_tool(cell, state.q)
-    gap = float(np.linalg.norm(base_T_target[:3, 3] - reached[:3, 3]))
+    base_T_point = np.asarray(path.base_T_tip[point])
+    gap = float(np.linalg.norm(base_T_point[:3, 3] - reached[:3, 3]))
     miss = nearest_miss(cell, arm, base_T_target, state.q)  # frames: target is tip
     stopped = [i for i in range(len(cell)) if state.side[i] != 0]
-    tilt = float(np.arccos(np.clip(base_T_target[:3, 2] @ reached[:3, 2], -1.0, 1.0)))
-    short = f"the tool stays {m_to_mm(gap):.3f} mm and {rad_to_deg(tilt):.3f} degrees away"
+    tilt = float(np.arccos(np.clip(base_T_point[:3, 2] @ reached[:3, 2], -1.0, 1.0)))
+    short = f"the tool stops {m_to_mm(gap):.3f} mm and {rad_to_deg(tilt):.3f} degrees before it"
     if code == FAILED_SINGULAR:
         return SingularError(
             f"the cell has no way on from a singular posture; {short}; {_ELSEWHERE}",
@@ -73,8 +79,13 @@ def explain_failure(
             reasons=miss.tally,
         )
     if not miss.reached:
+        there = nearest_miss(cell, arm, base_T_point, state.q)  # frames: point is tip
+        if there.reached:
+            known = f"the way to this point ({_evidence(cell, arm, base_T_target, miss)}); {short}"
+        else:
+            known = f"this point ({_evidence(cell, arm, base_T_point, there)})"
         return UnreachableError(
-            f"no posture of the cell reaches this point ({_evidence(cell, arm, base_T_target, miss)}); {short}; {_ELSEWHERE}",
+            f"no posture of the cell reaches {known}; {_ELSEWHERE}",
             line=line,
             region=region,
             reasons=miss.tally,

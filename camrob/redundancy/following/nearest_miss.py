@@ -20,7 +20,7 @@ from camrob.kinematics.screw_arm import solve_screws_many
 from camrob.kinematics.spherical_wrist import BRANCH_OK, solve_arm_many
 from camrob.product_grid import product_grid
 
-__all__ = ["IN_REACH", "Miss", "beyond_span", "nearest_miss"]
+__all__ = ["IN_REACH", "Miss", "beyond_span", "nearest_miss", "way_into_span"]
 
 Array = NDArray[np.float64]
 
@@ -186,6 +186,12 @@ def _searched(
 def beyond_span(cell: Cell, arm: Arm, base_T_tip: Array) -> float:
     """m: the tip is farther from the arm's first axis than the arm is long, stretched, by this at least, wherever the external
     axes stand; 0 where that is not shown.
+    """
+    return float(np.linalg.norm(way_into_span(cell, arm, base_T_tip)))
+
+
+def way_into_span(cell: Cell, arm: Arm, base_T_tip: Array) -> Array:
+    """(3,) m in `base`: towards where the foot stands nearest, as long as the tip is at least beyond the stretched arm; else 0.
 
     From the middle of a box of the external axes the foot moves by no more than each axis's half times its lever.
     """
@@ -199,11 +205,14 @@ def beyond_span(cell: Cell, arm: Arm, base_T_tip: Array) -> float:
     lever = _levers(cell, outer, arm)
     foot_P = np.append(chain.first[:3, 3], 1.0)
 
-    def distance(u: Array) -> Array:
+    def towards(u: Array) -> Array:
         q = np.tile(cell.q_home, (len(u), 1))
         q[:, outer] = u
         base_T_foot = base_T_root(cell, q) @ np.linalg.inv(np.asarray(cell.foot_T_root))
-        return np.asarray(np.linalg.norm((base_T_foot @ foot_P)[:, :3] - base_T_tip[:3, 3], axis=1))
+        return np.asarray((base_T_foot @ foot_P)[:, :3] - base_T_tip[:3, 3])
+
+    def distance(u: Array) -> Array:
+        return np.asarray(np.linalg.norm(towards(u), axis=1))
 
     middle, half = np.atleast_2d(0.5 * (low + high)), np.atleast_2d(0.5 * (high - low))
     at = distance(middle)
@@ -219,7 +228,9 @@ def beyond_span(cell: Cell, arm: Arm, base_T_tip: Array) -> float:
         middle, half, at = np.vstack([middle, pair[1:]]), np.vstack([half, half[k]]), np.append(at, there[1])
         least = np.append(least, there[1] - half[k] @ lever)
         least[k] = there[0] - half[k] @ lever
-    return float(max(least.min() - span - 1e-9, 0.0))
+    beyond = max(float(least.min()) - span - 1e-9, 0.0)
+    way = towards(middle[np.argmin(at)][None])[0]
+    return np.asarray(way * (beyond / max(float(np.linalg.norm(way)), 1e-9)))
 
 
 def _levers(cell: Cell, outer: list[int], arm: Arm) -> Array:

@@ -12,7 +12,7 @@ from test_gap_program import measured, raster
 
 from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import program_cell, replay
-from camrob.gap.diagnose import diagnose
+from camrob.gap.diagnose import _laid_beside, diagnose
 from camrob.gap.evidence.design import Panel, build_units, make_panel
 from camrob.gap.locate.by_stage import STAGES, stage_gaps
 from camrob.gap.locate.localise import axes_of, directions_of, lines_of, regimes_of, segments_of
@@ -137,6 +137,16 @@ def test_what_follows_a_regime_is_reported_there(regime: str, apply) -> None:
     assert found.share > 0.8
     low, high = found.interval
     assert 0.7 < low <= found.share <= high + 1e-9
+
+
+@pytest.mark.parametrize("named", ["gone.src", "../one/out/ball.src"])
+def test_a_program_that_the_log_names_and_nobody_read_is_said_by_its_name(named: str) -> None:
+    """It was dropped without a word: what the log's folder doesn't hold is not read of itself."""
+    log = simulated(shifted("x"), sigma_mm=SIGMA)
+    log = MeasurementLog(log.columns, replace(log.info, program=named), log.path)
+    _, stages, timings = _laid_beside([make_scene(log, kr15())], [None])
+    assert any(m.startswith(f"no program, for {named}") and "--program" in m for m in stages[0].missing)
+    assert named in (timings[0].reason or "")
 
 
 @pytest.mark.slow

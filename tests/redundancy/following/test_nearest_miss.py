@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,11 +13,13 @@ from follower_twins import CELL, narrow
 from camrob.cell.cell import Cell
 from camrob.cell.joint import dh_after, dh_before
 from camrob.cell.read_cell import read_cell
+from camrob.errors import UnreachableError
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_root, base_T_tool
 from camrob.redundancy.following.failure import explain_unreached
-from camrob.redundancy.following.nearest_miss import beyond_span, nearest_miss
+from camrob.redundancy.following.nearest_miss import beyond_span, nearest_miss, way_into_span
 from camrob.redundancy.path import ToolPathInBase
+from camrob.redundancy.published.virtual_joint import resolve_vjm
 from camrob.toolpath.region import Move
 from camrob.units import deg_to_rad
 
@@ -127,3 +130,33 @@ def test_an_arm_without_closed_form_is_refused_by_what_was_searched() -> None:
     folded = frame.copy()
     folded[:3, 3] *= 0.05  # within the arm's foot
     assert "searched from 96 starts, which is not a proof" in explain_unreached(cell, arm, dot(folded), 0, folded).what
+
+
+def test_the_way_into_reach_is_shown_no_longer_than_it_is() -> None:
+    """Of an arm that stands still: moved by the way its tip is nowhere beyond any more, by nine tenths of it still."""
+    arm = Arm.of(BARE)
+    for x in (4.0, 20.0):
+        frame = lifted(0.4)
+        frame[0, 3] = x
+        way = way_into_span(BARE, arm, frame)
+        assert np.linalg.norm(way) == pytest.approx(beyond_span(BARE, arm, frame))
+        assert beyond_span(BARE, arm, frame) > 0.1
+        there, before = frame.copy(), frame.copy()
+        there[:3, 3] += way
+        before[:3, 3] += 0.9 * way
+        assert beyond_span(BARE, arm, there) < 1e-6 < beyond_span(BARE, arm, before)
+
+
+def test_a_refusal_says_how_far_the_point_lies_and_not_how_far_a_step_missed() -> None:
+    """A part at 3, 5 and 20 m was called 25 mm away, all the same: that was the next step of the way there."""
+    said = []
+    for x in (5.0, 20.0):
+        frames = np.repeat(base_T_tool(CELL, np.array(CELL.q_home))[None], 2, axis=0)
+        frames[:, 0, 3] = x
+        path = replace(dot(frames[0]), base_T_tip=frames)
+        with pytest.raises(UnreachableError) as refused:
+            resolve_vjm(CELL, path)
+        what = refused.value.what
+        assert "the tool stays" not in what and "the part has to come that much nearer, as by X -" in what
+        said.append(float(re.search(r"proved: (\d+) mm at least", what)[1]))
+    assert said[1] - said[0] == pytest.approx(15_000, abs=200) and said[0] > 1000

@@ -13,7 +13,7 @@ from rich.console import Console
 from test_planned import CELL, OBJECTIVE, ROOT, raster
 
 from camrob import post
-from camrob.errors import InputError, LimitError
+from camrob.errors import InputError, LimitError, VerificationError
 from camrob.findings import Severity
 from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
@@ -211,6 +211,23 @@ def test_seconds_that_mean_nothing_are_refused(tmp_path: Path, method: str, seco
     with pytest.raises(InputError, match="--seconds"):
         post(SAMPLE, cell=CELL.folder, out=tmp_path / "out", method=method, seconds=seconds)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(0.0, True), (1e6, False), (None, False)])
+def test_a_refusal_of_a_hurried_plan_says_that_its_time_was_over(tmp_path: Path, monkeypatch, seconds, said) -> None:
+    """It sent the reader to move the part, where 10 s of planning would have found a program."""
+
+    def unfit(*_: object) -> None:
+        raise VerificationError(
+            "A5 passes its limit; place the part elsewhere (camrob place) or post with --method planned"
+        )
+
+    monkeypatch.setattr("camrob.jobs.post._fit_within_limits", unfit)
+    with pytest.raises(VerificationError) as refused:
+        post(SAMPLE, cell=CELL.folder, out=tmp_path / "out", method="planned", seconds=seconds)
+    what = str(refused.value)
+    assert ("give --seconds more or leave it out, for the 0 s ended" in what) is said
+    assert "place the part elsewhere" in what and "--method planned" not in what
 
 
 def test_a_hurried_post_is_verified_and_says_its_gap_everywhere(tmp_path: Path) -> None:
