@@ -65,7 +65,7 @@ def explain_failure(
     """The error for a path point (index) that the follower could not follow; `base_T_target` is where it stopped short."""
     line, region = _place(path, point)
     reached = base_T_tool(cell, state.q)
-    base_T_point = np.asarray(path.base_T_tip[point])
+    base_T_point = np.asarray(path.base_T_tip[point])  # frames: point is tip
     gap = float(np.linalg.norm(base_T_point[:3, 3] - reached[:3, 3]))
     miss = nearest_miss(cell, arm, base_T_target, state.q)  # frames: target is tip
     stopped = [i for i in range(len(cell)) if state.side[i] != 0]
