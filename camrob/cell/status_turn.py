@@ -24,8 +24,9 @@ _CHUNK = 16_384  # postures that are worked on at once: bounds the memory
 class StatusTurn:
     """Status and Turn of a cell's arm (KUKA's system-software manual).
 
-    S bit 0: the wrist's centre is in the overhead area, behind axis 1. Bit 1: A3 is past `stretch_deg`, the axis value at
-    which the arm is stretched. Bit 2: A5 lies in [-180, 0) or from 180 on. T: one bit an axis, set where its value is negative.
+    S bit 0: the wrist's centre is in the overhead area, behind axis 1 as seen along x of the system that turns with A1 and is
+    $ROBROOT at A1 = 0. Bit 1: A3 is past `stretch_deg`, the axis value at which the arm is stretched. Bit 2: A5 lies in
+    [-180, 0) or from 180 on. T: one bit an axis, set where its value is negative.
     """
 
     stretch_deg: float
@@ -47,16 +48,11 @@ class StatusTurn:
             )
         joints = cell.joints[cell.arm_slice]
         h, o = arm.h, arm.o
-        forward = np.cross(h[1], h[0])
-        forward = forward / np.linalg.norm(forward)
+        # ahead is $ROBROOT's x where A1 shows 0; the chain's own zero lies elsewhere
+        turned = rotation_exp(-joints[0].q_value(np.zeros(())) * h[0])
+        forward = turned @ np.asarray(cell.foot_T_root)[:3, 0]
         along = np.eye(3) - np.outer(h[2], h[2])
         upper, fore = along @ (o[2] - o[1]), along @ (arm.wrist - o[2])
-        lean = float((o[1] - o[0]) @ forward)
-        if abs(lean) < 1e-9:  # axis 2 stands on axis 1: ahead is where the wrist is with A2 and A3 at 0
-            turn2, turn3 = (rotation_exp(joints[i].q_value(np.zeros(())) * h[i]) for i in (1, 2))
-            lean = float((o[1] - o[0] + turn2 @ (o[2] - o[1] + turn3 @ (arm.wrist - o[2]))) @ forward)
-        if lean < 0.0:
-            forward = -forward
         stretched = float(np.arctan2(h[2] @ np.cross(fore, upper), fore @ upper))
         value = rad_to_deg(float(joints[2].axis_value(np.asarray(stretched))))
         return cls(

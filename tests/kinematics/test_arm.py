@@ -237,3 +237,21 @@ def test_the_branch_that_is_followed_is_the_nearest_of_all_eight(axis: int | Non
             *ARM.kernel(), np.ascontiguousarray(pose[:3, :3]), np.ascontiguousarray(pose[:3, 3]), near, Q, why
         )
         assert np.array_equal(followed[k], near)
+
+
+@pytest.mark.parametrize("upright", [-85.0, -90.0, -95.0])
+def test_overhead_does_not_depend_on_where_a2_and_a3_show_zero(upright: float) -> None:
+    """A shoulder on axis 1 and an arm that stands upright at 0, leaning a little back (a VS060's fore arm is 10 mm behind)."""
+    joints = list(CELL.joints)
+    first, second, third = (CELL.index(name) for name in ("A1", "A2", "A3"))
+    after = np.array(joints[first].after)
+    after[:3, 3] = 0.0
+    joints[first] = replace(joints[first], after=after)
+    plain = replace(CELL, joints=tuple(joints))
+    for i, degrees in ((second, upright), (third, 0.0)):
+        joints[i] = replace(joints[i], offset=joints[i].offset - np.radians(degrees))
+    renamed = replace(CELL, joints=tuple(joints))
+    q = np.random.default_rng(4).uniform(-2.0, 2.0, (400, len(CELL)))
+    ours, theirs = (StatusTurn.of(c).status(c.to_axis_values(q)[:, :6]) & 1 for c in (plain, renamed))
+    np.testing.assert_array_equal(ours, theirs)
+    assert 50 < ours.sum() < 350
