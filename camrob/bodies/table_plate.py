@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camrob.bodies.bodies import JOB_GROUPS
 from camrob.cell.cell import Cell
+from camrob.cell.joint import Role
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.frozen import locked
 
@@ -44,15 +45,19 @@ class TablePlate:
 
 
 def table_plate(cell: Cell) -> TablePlate | None:
-    """The highest of the cell's upright boxes and cylinders in `base` that the part or stock may touch; None: it has none."""
-    plates = [_plate(s) for s in cell.shapes if _carries(s)]
+    """The highest of the cell's upright boxes and cylinders in `base` that the part or stock may touch; None: it has none.
+
+    Of a cell without a table that moves `world` is `base`.
+    """
+    frames = ("base",) if cell.indices(Role.WORKPIECE) else ("base", "world")
+    plates = [_plate(s) for s in cell.shapes if s.frame in frames and _carries(s)]
     return max(plates, key=lambda plate: plate.top, default=None)
 
 
 def _carries(shape: Shape) -> bool:
     solid = shape.kind in (ShapeKind.BOX, ShapeKind.CYLINDER)
     level = abs(shape.frame_T_shape[2, 2]) > 1.0 - _UPRIGHT
-    return solid and level and shape.frame == "base" and any(group in shape.ignore for group in JOB_GROUPS)
+    return solid and level and any(group in shape.ignore for group in JOB_GROUPS)
 
 
 def _plate(shape: Shape) -> TablePlate:

@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 
 STEPS = 9  # placements along X and Y
 HEIGHTS = 5  # and along Z
+_NEAR = 1e-9  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +59,9 @@ def place(
     """Propose `part_in_base`, and draw a map: NAME.place.json, .svg and .html appear in `out`.
 
     A proposal lies on the table's plate with part and stock (or else with all that is cut), can be followed by the published
-    method, and touches nothing then. The certificate ranks the placements; the one as it is and five others of the best,
-    apart from each other, are tried on a thinned path, and the best of these by its own trial is proposed: a part stays where no
-    trial is better. What was refused is counted by reason.
+    method with no axis faster than it can run, and touches nothing then. The certificate ranks the placements; the one as it is
+    and five others of the best, apart from each other, are tried on a thinned path, and the best of these by its own trial is
+    proposed: a part stays where no trial is better. What was refused is counted by reason.
 
     Args:
         clfile: the CL file.
@@ -154,4 +155,14 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
         tried=trial.tried,
         refused=trial.refused,
         files=(f"{name}.place.json", f"{name}.place.svg", f"{name}.place.html"),
+        border=_border(found, trial.best),
     )
+
+
+def _border(found: Placements, best: int) -> tuple[str, ...]:
+    """Along which of X, Y, Z the search goes no further than to the proposal; upwards alone along Z."""
+    place = np.asarray(found.base_T_part)[:, :3, 3]
+    low, high, own = place.min(axis=0), place.max(axis=0), place[best]
+    at = (own > high - _NEAR) | ((own < low + _NEAR) & np.array([True, True, False]))
+    at &= high - low > _NEAR
+    return tuple(axis for axis, there in zip("XYZ", at.tolist(), strict=True) if there)

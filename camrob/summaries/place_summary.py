@@ -38,6 +38,7 @@ class PlaceSummary(Summary):
     """Where a part is worked best, beside where it lies now, and how many placements were refused for what.
 
     best: the best by its own trial of those that were tried, `now` where it stays; others: the other trials, the better first.
+    border: along which of X, Y, Z `best` lies at the border of the search, so that a better one may lie beyond.
     """
 
     program: str
@@ -52,3 +53,4 @@ class PlaceSummary(Summary):
     tried: int
     refused: Mapping[str, int]
     files: tuple[str, ...]
+    border: tuple[str, ...] = ()

@@ -52,6 +52,12 @@ def test_a_proposal_is_a_line_for_the_set_up_beside_the_place_as_it_is() -> None
     assert "(touches the table)" in text and "refused: hangs over 21" in text
 
 
+def test_the_border_of_the_search_and_a_table_without_edge_are_said() -> None:
+    text = _said(best=_placement(-30.0, 0.674), stays=False, border=("X", "Y"))
+    assert "at the border of the search along X and Y: a better place may lie beyond, widen --x and --y" in text
+    assert "border" not in _said()
+
+
 def test_a_part_that_stays_is_said_to() -> None:
     text = _said()
     assert "best where it is" in text and "proposed" not in text and "refused" not in text

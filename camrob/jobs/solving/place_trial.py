@@ -52,6 +52,11 @@ _TRIALS = 5  # beside the placement as it is: each takes as long as a post
 _APART = 0.15  # of the freedom's diagonal that two trials lie apart at least: neighbours differ in little
 _SLACK = 0.001  # m that a part may hang over or sink in: a drawing's and a float's rounding
 _EDGE = 2e-4  # rad: a posture nearer to a limit is past it when the program's rounded pose is read back
+_CUT, _IN_AIR = (
+    1.05,
+    4.0,
+)  # times an axis's top speed that a motion may ask for: the witness's own, who judges what is posted
+_STILL = 1e-5  # m of less the rounding of axis values says nothing
 TRIAL_POINTS = 2000
 """Of the cutting points, so many are followed on trial."""
 
@@ -173,7 +178,24 @@ def try_placement(
     q = np.asarray(solution.q)[:, arm]
     if np.minimum(q - inputs.cell.q_lower[arm], inputs.cell.q_upper[arm] - q).min() < _EDGE:
         return "an axis of the arm stands at its limit"
+    fast = _too_fast(inputs, path, np.asarray(solution.q))
+    if fast:
+        return fast
     return solution, job_collisions(moved, path, solution)
+
+
+def _too_fast(inputs: JobInputs, path: ToolPathInBase, q: Array) -> str:
+    """The axis that would have to run farthest beyond its speed for the tool to keep the file's feed, as a refusal, or ""."""
+    cell = inputs.cell
+    length = np.linalg.norm(np.diff(np.asarray(path.base_T_tip)[:, :3, 3], axis=0), axis=1)
+    led = length > _STILL
+    seconds = length[led] / path.commanded_speed(inputs.rapid_speed)[1:][led]
+    own = [cell.index(name) for name in cell.axis_names]
+    allowed = np.where(path.cutting[1:][led], _CUT, _IN_AIR)[:, None] * cell.limits_of("speed")[own]
+    share = np.abs(np.diff(q, axis=0))[led][:, own] / seconds[:, None] / allowed
+    if not len(share) or share.max() <= 1.0:
+        return ""
+    return f"{cell.axis_names[int(np.argmax(share.max(axis=0)))]} would have to run faster than it can"
 
 
 def _tally(verdicts: list[str] | tuple[str, ...]) -> dict[str, int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.parts import page_body, section, table, verdict_bar
+from camrob.report.place.terminal_text import remarks
 from camrob.summaries.place_summary import Placement, PlaceSummary
 
 __all__ = ["place_report"]
@@ -39,7 +40,8 @@ def _verdict(summary: PlaceSummary) -> str:
             gain += f" The least clearance falls from {number(was, 1)} to {number(room, 1, 'mm')}."
     where = ", ".join(f"{value:g}" for value in best.part_in_base)  # to be copied into setup.toml
     gain = gain or f" As it is: {escape(summary.now.standing)}."
-    text = f"<code>part_in_base = [{where}]</code> in setup.toml, mm and degrees.{gain}"
+    beside = "".join(f" {escape(text)}." for text in remarks(summary) if summary.border)
+    text = f"<code>part_in_base = [{where}]</code> in setup.toml, mm and degrees.{gain}{beside}"
     return verdict_bar("info", "Move it.", text)
 
 

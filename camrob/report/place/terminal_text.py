@@ -9,7 +9,21 @@ from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_number, shown_text
 from camrob.summaries.place_summary import Placement, PlaceSummary
 
-__all__ = ["render_place"]
+__all__ = ["remarks", "render_place"]
+
+
+def remarks(summary: PlaceSummary) -> list[str]:
+    """What a proposal does not say of itself: that the search ended there, and that nobody knows a table's edge."""
+    said = []
+    if summary.border:
+        options = " and ".join(f"--{axis.lower()}" for axis in summary.border)
+        along = " and ".join(summary.border)
+        said.append(
+            f"It lies at the border of the search along {along}: a better place may lie beyond, widen {options}"
+        )
+    if summary.table.startswith("the cell has no plate"):
+        said.append(summary.table)
+    return said
 
 
 def render_place(summary: PlaceSummary) -> RenderableType:
@@ -31,6 +45,7 @@ def render_place(summary: PlaceSummary) -> RenderableType:
         head,
         table,
         shown_text(of + (f"; refused: {why}" if why else "")),
+        *(shown_text(text) for text in remarks(summary)),
         shown_text(f"Written: {', '.join(summary.files)}"),
     )
 

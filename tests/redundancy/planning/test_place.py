@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 
 from camrob.bodies.table_plate import table_plate
+from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CellError, CollisionError, InputError, UnreachableError
-from camrob.jobs.place import place
+from camrob.jobs.place import _border, place
+from camrob.jobs.solving import place_trial
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.redundancy.path import ToolPathInBase
@@ -186,3 +189,36 @@ def test_a_cell_without_spare_freedom_is_bounded_by_its_branches_and_not_planned
         CellError, match=r"put the engine's .fis file"
     ):  # the published method is what is left, and it lacks these
         resolve_planned(cell, path)
+
+
+def test_a_plate_in_world_is_one_where_nothing_turns_it() -> None:
+    """It was none, and parts were proposed beside it; on a cell with a table `world` is not where the part stands."""
+    plate = next(s for s in CELL.shapes if table_plate(replace(CELL, shapes=(s,))) is not None)
+    in_world = (replace(plate, frame="world"),)
+    assert table_plate(replace(CELL, shapes=in_world)) is None
+    still = tuple(j for j in CELL.joints if j.role is not Role.WORKPIECE)
+    fixed = replace(CELL, joints=still, shapes=in_world, masses=())
+    found = table_plate(fixed)
+    assert found is not None and found.top == pytest.approx(table_plate(CELL).top)
+
+
+def test_a_trial_is_refused_for_an_axis_that_would_race() -> None:
+    """As the witness refuses it in `post`: E1 has 100 mm to go while the tip cuts 1 mm."""
+    path = two_points(0.0, 0.2)
+    frames = np.array(path.base_T_tip)
+    frames[1, 0, 3] = frames[0, 0, 3] + 1e-3
+    path = replace(path, base_T_tip=frames)
+    q = np.tile(CELL.q_home, (2, 1))
+    inputs = SimpleNamespace(cell=CELL, rapid_speed=0.02)
+    e1 = CELL.index("E1")
+    top = float(CELL.limits_of("speed")[e1])
+    for share, said in ((1.04, ""), (1.06, "E1 would have to run faster than it can")):
+        q[1, e1] = q[0, e1] + share * top * 1e-3 / 0.02
+        assert place_trial._too_fast(inputs, path, q) == said
+    assert place_trial._too_fast(inputs, replace(path, move=np.full(2, int(Move.RAPID), np.int8)), q) == ""
+
+
+def test_a_proposal_at_the_border_of_the_search_is_said_to_be_one() -> None:
+    inner = np.array([[0, 0, 0], [-0.1, 0, 0], [0.1, 0, 0], [0, 0, 0.1]], float)
+    found = SimpleNamespace(base_T_part=pose(np.repeat(np.eye(3)[None], 4, axis=0), inner))
+    assert [_border(found, k) for k in range(4)] == [(), ("X",), ("X",), ("Z",)]
