@@ -45,12 +45,15 @@ def rest_from(toolpath: Toolpath, line: int) -> Toolpath:
     first = worked[at]
     own = [e for e in first.events if e.point == 0 and e.kind not in _PASSING]
     said = [e for region in worked[:at] for e in region.events]
-    carried = []
+    carried, over = [], []
     for kinds in (_TOOL, _SPINDLE, _COOLANT):
-        last = next((e for e in reversed(said) if e.kind in kinds), None)
+        mine = [e for e in own if e.kind in kinds]
+        last = next((e for e in reversed([*said, *mine]) if e.kind in kinds), None)
         off = last is None or last.kind in (EventKind.SPINDLE_OFF, EventKind.COOLANT_OFF)
-        if last is not None and not off and not any(e.kind in kinds for e in own):
+        if last is not None and not off and not mine:
             carried.append(replace(last, point=0, retracted=False))
+        over += mine if off else mine[:-1]  # nothing is on, yet
+    own = [e for e in own if e not in over]
     later = [e for e in first.events if e.point > 0]
     begun = replace(first, events=tuple([*_in_order(carried, own), *later]), detached=False)
     return replace(toolpath, regions=(begun, *worked[at + 1 :]))
@@ -108,11 +111,11 @@ def _owner(region: Region, spans: Mapping[str, tuple[int, int]]) -> str:
 
 
 def _in_order(carried: Sequence[Event], own: Sequence[Event]) -> list[Event]:
-    """The tool first: what its change stops has to be started behind it."""
+    """The tool first: its change stops the spindle, which the file starts again, and coolant for as long as it takes."""
     tools = [e for e in carried if e.kind in _TOOL]
-    if any(e.kind in _TOOL for e in own):  # a change of tools ends what turned before it
-        return [*tools, *own]
-    return [*tools, *(e for e in carried if e.kind not in _TOOL), *own]
+    behind = max((k + 1 for k, e in enumerate(own) if e.kind in _TOOL), default=0)
+    kept = [e for e in carried if e.kind in _COOLANT or (e.kind in _SPINDLE and not behind)]
+    return [*tools, *own[:behind], *kept, *own[behind:]]
 
 
 def _splits(worked: Sequence[Region], line: int) -> bool:

@@ -115,6 +115,29 @@ def test_tool_spindle_and_coolant_are_what_they_were(tmp_path: Path) -> None:
     assert (region.position[0] * 1e3).tolist() == [5, 5, 20]
 
 
+CHANGED = "LOADTL/4\nSPINDL/3000,RPM,CLW\n"
+
+
+@pytest.mark.parametrize(
+    ("head", "begun"),
+    [
+        (CHANGED, ["tool_change", "spindle_on", "coolant_on"]),  # a change of tools ends no coolant
+        (CHANGED + "COOLNT/OFF\n", ["tool_change", "spindle_on"]),  # nothing is on that it could switch off
+        ("SPINDL/OFF\nCOOLNT/OFF\n" + CHANGED + "COOLNT/ON\n", ["tool_change", "spindle_on", "coolant_on"]),
+        ("SPINDL/2500,RPM,CLW\nCOOLNT/OFF\nCOOLNT/ON\n", ["tool_change", "spindle_on", "coolant_on"]),
+        ("COOLNT/OFF\n", ["tool_change", "spindle_on"]),
+    ],
+)
+def test_an_entry_begins_with_what_is_on_there(tmp_path: Path, head: str, begun: list[str]) -> None:
+    file = tmp_path / "part.cls"
+    text = CL.replace("TOOL PATH/B,TOOL,MILL\nSTOP\n", "TOOL PATH/B,TOOL,MILL\n" + head)
+    file.write_text(text.replace("TOOL PATH/B,TOOL,MILL", "TOOL PATH/B,TOOL,BALL") if "LOADTL" in head else text)
+    toolpath = read_toolpath(file)
+    (region,) = rest_from(toolpath, beginnings(toolpath)[0][0]).regions
+    assert sorted(e.kind.value for e in region.events if e.point == 0) == sorted(begun)
+    assert region.events[0].kind is EventKind.TOOL_CHANGE
+
+
 def test_a_subprogram_that_comes_back_is_no_place_to_enter(tmp_path: Path) -> None:
     file = tmp_path / "part.nc"
     hole = "O7\nG0 X5. Y5. Z20.\nG1 Z0. F60.\nG0 Z20.\nM99\n"

@@ -38,9 +38,14 @@ class Coming:
         """Whether a move at a feed, which the frame has taken in, is of this kind, and to be left out."""
         frame, modal = self._frame, self._modal
         plain = frame.placeable and frame.plane is None and not frame.tcp and not frame.turned and frame.program.plain
-        if motion != 10 or not plain or self._path.place is not None:
-            return False
         across = not {"X", "Y"}.isdisjoint(block.words)  # straight down from wherever it is cuts nothing else
+        if motion != 10 or self._path.place is not None:
+            return False
+        if frame.tcp and frame.known and across and not modal.cut and not self._path.adrift and not self._line:
+            self._begin(block.line)  # under TCP no way down is known by its letters
+            raise self._unknown()
+        if not plain:
+            return False
         if frame.known and across and not self._line:
             self._begin(block.line)
             if self._path.adrift:

@@ -107,3 +107,29 @@ def test_a_first_cut_across_is_one_from_where_nobody_knows(tmp_path: Path, first
     with pytest.raises(ToolpathError, match="where the tool is not known to be, as the first of the program"):
         read_toolpath(file)
     assert not read_story(file).complete
+
+
+UNDER_TCP = {
+    "a.mpf": (
+        "gcode-siemens",
+        "T1 D1\nS3000 M3\nG90 G71\n{}TRAORI\nG1 X10. Y5. Z-2. F500\nX60.\nG0 Z50\nTRAFOOF\nM30\n",
+    ),
+    "a.nc": (
+        "gcode-xyzac-iso",
+        "G21 G90\nT1 M6\nS3000 M3\n{}G43.4 H1\nG1 X10. Y5. Z-2. A10. C20. F500\nX60.\nG0 Z50.\nG49\nM30\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", UNDER_TCP)
+def test_a_first_cut_under_tcp_begins_nowhere_too(tmp_path: Path, name: str) -> None:
+    """A control's straight line begins where the machine stands, with a tip held as without."""
+    dialect, text = UNDER_TCP[name]
+    file = tmp_path / name
+    file.write_text(text.format(""))
+    with pytest.raises(ToolpathError, match="where the tool is not known to be"):
+        read_toolpath(file, dialect=dialect)
+    assert "not known to be" in read_story(file, dialect=dialect).gaps[0].text
+    file.write_text(text.format("G0 X0. Y0.\nG0 Z5.\n"))
+    assert not read_story(file, dialect=dialect).gaps
+    assert read_toolpath(file, dialect=dialect).points > 2

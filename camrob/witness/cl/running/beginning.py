@@ -48,7 +48,10 @@ class Beginning:
         across = before != self._over_part  # straight down from wherever it is cuts nothing else
         tell, risen = self._tell, self._stand.risen
         told = bool(tell.gaps) and tell.gaps[-1].before == tell.n  # that what is here isn't judged
-        if across and straight and not told and tell.here is None and self._plain:
+        if across and straight and not told and tell.here is None and not self._cuts and self._stand.tcp and not risen:
+            tell.gap(line, _FROM_NOWHERE)  # no way down is known by its letters
+            self._gap = None
+        elif across and straight and not told and tell.here is None and self._plain:
             tell.gap(line, _FROM_NOWHERE)
             self._gap, self._over = None if risen else tell.gaps[-1], True
             self._named = {letter: v for letter in "XYZ" if (v := self._stand.at[letter]) is not None}
