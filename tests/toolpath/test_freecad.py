@@ -41,7 +41,8 @@ def read(folder: Path, *objects: SimpleNamespace):
     file = folder / "part.apt"
     script().export(list(objects), str(file))
     path, story = read_toolpath(file, chord_tolerance=1e-7), read_story(file)
-    assert not story.gaps and path.dialect == "freecad-apt" and not path.findings
+    odd = [finding.code for finding in path.findings if finding.code != "arc-turns-back"]  # as an arc of this path does
+    assert not story.gaps and path.dialect == "freecad-apt" and not odd
     return path, story
 
 
