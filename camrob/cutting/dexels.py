@@ -297,9 +297,9 @@ class Dexels:
         return np.where(there, edge[best], np.nan), np.where(there, owner[best], _STOCK)
 
 
-def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: float) -> Array:
+def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: float | Array) -> Array:
     """By how much material `other`, cut by `moves`, stands beyond a surface, along its normals: (P,) m, NaN where its rays meet
-    nothing cut within `farthest` m, or a wall that looks elsewhere.
+    nothing cut within `farthest` m, of all or of each (P,), or a wall that looks elsewhere.
 
     What a ray says of the distance between two surfaces depends on their slopes: the mean of both is taken, which leaves an error
     of third order in the distance over the cutter's radius.

@@ -178,6 +178,7 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         rest_mm=m_to_mm(float(np.sqrt(np.mean(path.rest**2)))),
         places=places_of(surface, path, corrected=asked.meant is not None),
         regions=regions_of(surface, path, text, ran.motion),
+        reckoned=surface.reckoned,
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
         not_judged=_not_judged(held, pushes),
@@ -256,7 +257,7 @@ def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, pat
 
 
 def _demand_cut(surface: PredictedSurface, program: Path, meant: Path | None) -> None:
-    if len(surface.point) == 0 and surface.not_met:
+    if surface.reckoned == len(surface.point) and surface.reckoned + surface.not_met:
         asks = "the program asks for" if meant is None else f"{Path(meant).name} asks for"
         hint = "check that calibration and diagnosis are this machine's, and what is given as --force and --meant"
         raise InputError(f"nowhere does the machine as diagnosed cut near what {asks}", hint=hint, path=program)

@@ -22,7 +22,7 @@ Ints = NDArray[np.int64]
 
 _CHUNK = 100_000  # points at once
 _STRAIGHT = 1e-6  # m that rows of a run may lie off one straight move: what is predicted are hundredths of a mm
-_FARTHEST = 2e-3  # m: what a ray meets farther off is another wall
+_FARTHEST = 2e-3  # m: what a ray meets farther off is another wall, where the causes make no more of it
 # of the distance that causes make to first order, and besides: by so much the cutter's curvature may change it (2 % were found at
 # errors of a fifth of the cutter's radius, and errors here are no larger than it); another wall is farther off
 _CURVED, _CURVED_ANYWAY = 0.5, 5e-5  # m
@@ -37,7 +37,9 @@ class PredictedSurface:
     row: (P,) row of the run that cut there, at: (P,) which share of the way to the next; shares: (P, C) m of the deviation by
     cause, `rounding` (P,) that of the controller's rounded corners, `runout` (P,) that of a cutter that runs out of true.
     likely: how large deviations are on the machines that a diagnosis leaves open.
-    not_met: points whose rays meet no other surface. left: what the machine leaves of the stock, on its way `real`.
+    reckoned: how many points' rays meet another wall than their own on the machine, whose deviation is what the causes make of it
+    to first order. not_met: points left out, as the exact path cuts no wall near them. left: what the machine leaves of the
+    stock, on its way `real`.
     """
 
     point: Array
@@ -50,6 +52,7 @@ class PredictedSurface:
     rounding: Array
     runout: Array
     likely: LikelySizes
+    reckoned: int
     not_met: int
     left: Dexels
     real: Way
@@ -84,29 +87,31 @@ def predict_surface(
     surface = carved(0, meant).surface(meant.moves)
     rounding = -deviation(surface, asked.moves, carved(1, asked), farthest=_FARTHEST)
     left = carved(2, real)
-    moved = deviation(surface, real.moves, left, farthest=_FARTHEST)
-    met = np.isfinite(rounding) & np.isfinite(moved)
-    keep = np.flatnonzero(met)
     row, at = meant.rows(surface.move, surface.at)
     twists = np.stack([c.twist for c in path.causes], axis=2) if path.causes else np.zeros((len(path.t), 6, 0))
-    shares, band = _reckoned(surface, keep, row, at, path, twists, part_T_base)
-    wider = -runout * _across(surface, keep, meant.moves)
-    own = _own_wall(moved[keep], shares.sum(axis=1) + wider)
-    keep, shares, band, wider = keep[own], shares[own], band[own], wider[own]
-    some = np.linspace(0, len(keep) - 1, min(len(keep), DRAWN_POINTS)).astype(np.int64)
-    likely = _likely(surface, keep[some], row, at, path, part_T_base, (rounding + moved)[keep[some]])
+    shares, band = _reckoned(surface, row, at, path, twists, part_T_base)
+    wider = -runout * _across(surface, meant.moves)
+    due = shares.sum(axis=1) + wider
+    slope = np.abs(surface.normal[np.arange(len(due)), surface.direction])
+    moved = deviation(surface, real.moves, left, farthest=np.maximum(_FARTHEST, (1.0 + _CURVED) * np.abs(due) / slope))
+    own = _own_wall(moved, due)
+    moved = np.where(own, moved, due)
+    keep = np.flatnonzero(np.isfinite(rounding))
+    some = keep[np.linspace(0, len(keep) - 1, min(len(keep), DRAWN_POINTS)).astype(np.int64)]
+    likely = _likely(surface, some, row, at, path, part_T_base, (rounding + moved)[some])
     return PredictedSurface(
         point=surface.point[keep],
         normal=surface.normal[keep],
         deviation=(rounding + moved)[keep],
-        band=band,
+        band=band[keep],
         row=row[keep],
         at=at[keep],
-        shares=shares,
+        shares=shares[keep],
         rounding=rounding[keep],
-        runout=wider,
+        runout=wider[keep],
         likely=likely,
-        not_met=int(len(met) - len(keep)),
+        reckoned=int(np.count_nonzero(~own[keep])),
+        not_met=int(len(rounding) - len(keep)),
         left=left,
         real=real,
     )
@@ -118,29 +123,29 @@ def way_of(part_T_tool: Array, cutter: Cutter, line: Ints | None = None) -> Way:
     return Way.of(tip, axis, cutter, tolerance=_STRAIGHT, label=line)
 
 
-def _across(surface: CutSurface, keep: Ints, moves: Moves) -> Array:
+def _across(surface: CutSurface, moves: Moves) -> Array:
     """(P,) how much of the normal at points lies across the tool's axis."""
-    row, at = surface.move[keep], surface.at[keep][:, None]
+    row, at = surface.move, surface.at[:, None]
     axis = moves.axis[row, 0] * (1.0 - at) + moves.axis[row, 1] * at
-    along = np.sum(surface.normal[keep] * axis, axis=1) / np.linalg.norm(axis, axis=1)
+    along = np.sum(surface.normal * axis, axis=1) / np.linalg.norm(axis, axis=1)
     return np.asarray(np.sqrt(np.maximum(0.0, 1.0 - along**2)))
 
 
 def _own_wall(moved: Array, reckoned: Array) -> NDArray[np.bool_]:
-    """(P,) whether a ray has met the wall that its point was on: where grooves cross, it may run on to another's, and its length
-    says nothing of the error. reckoned: (P,) m by which the causes move the wall, to first order.
+    """(P,) whether a ray has met the wall that its point was on: where grooves cross, it may run on to another's, or to none, and
+    its length says nothing of the error. reckoned: (P,) m by which the causes move the wall, to first order.
     """
     return np.asarray(np.abs(moved - reckoned) <= _CURVED * np.abs(reckoned) + _CURVED_ANYWAY)
 
 
 def _reckoned(
-    surface: CutSurface, keep: Ints, rows: Ints, ats: Array, path: TruePath, twists: Array, part_T_base: Array
+    surface: CutSurface, rows: Ints, ats: Array, path: TruePath, twists: Array, part_T_base: Array
 ) -> tuple[Array, Array]:
     """Shares (P, C) of the causes in the deviation, and the band (P,). rows, ats: where on the run each point was cut."""
-    shares, band = np.zeros((len(keep), twists.shape[2])), np.zeros(len(keep))
+    shares, band = np.zeros((len(rows), twists.shape[2])), np.zeros(len(rows))
     part_p_tip = (part_T_base @ path.ideal)[:, :3, 3]
-    for start in range(0, len(keep), _CHUNK):
-        some = keep[start : start + _CHUNK]
+    for start in range(0, len(rows), _CHUNK):
+        some = np.arange(start, min(start + _CHUNK, len(rows)))
         row, at = rows[some], ats[some][:, None]
         wrench = _wrench(surface, some, row, at, part_p_tip, part_T_base)
         here = slice(start, start + len(some))

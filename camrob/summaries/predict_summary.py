@@ -145,10 +145,11 @@ class PredictSummary(Summary):
     """The part as it would come out. rms_mm, p95_mm, worst_mm: of what is expected of each point, which is less than what
     comes out where much is in doubt; likely: with that doubt. band_mm: 95 % of a deviation's doubt lie within it, either
     way, the middle one of all points; causes: rms (mm) of each one's part of the deviations. rest_mm: standard deviation in
-    one direction of what nothing explains. not_met: points left out, as another wall stands there. not_reckoned: causes that
-    were found and this run does not tell. not_judged: what else a real cut has. force: where a force model was given; part:
-    where the set-up has the part's mesh; holder: where it has the holder (none: it meets nothing). meant: the program that
-    says what the part is to be, "" for its own.
+    one direction of what nothing explains. reckoned: points of which the cut stock tells nothing, as another wall is where
+    theirs would be: what the causes make of them to first order. not_met: points left out. not_reckoned: causes that were found
+    and this run does not tell. not_judged: what else a real cut has. force: where a force model was given; part: where the set-up
+    has the part's mesh; holder: where it has the holder (none: it meets nothing). meant: the program that says what the part is
+    to be, "" for its own.
     """
 
     program: str
@@ -169,6 +170,7 @@ class PredictSummary(Summary):
     rest_mm: float
     places: tuple[PredictedPlace, ...]
     regions: tuple[PredictedRegion, ...]
+    reckoned: int
     not_met: int
     not_reckoned: tuple[str, ...]
     not_judged: tuple[str, ...]

@@ -61,12 +61,20 @@ def _other_tool(setup: Setup, pushes: CuttingForce | None) -> tuple[Remark, ...]
 
 
 def _hardly_met(surface: PredictedSurface) -> tuple[Remark, ...]:
-    """Where figures speak of a small part of what is cut."""
-    if surface.not_met <= len(surface.point):
-        return ()
-    share = 100.0 * surface.not_met / (surface.not_met + len(surface.point))
-    text = f"{share:.0f} % of the surface has no counterpart near on the machine as diagnosed: the figures are those of the rest"
-    return (Remark(line=0, code="hardly-met", text=text, count=1),)
+    """Where figures are reckoned rather than cut, or speak of a part of the surface."""
+    all_of, out = len(surface.point) + surface.not_met, []
+    if 2 * surface.reckoned > all_of:
+        share = 100.0 * surface.reckoned / all_of
+        text = (
+            f"on {share:.0f} % of the surface the machine as diagnosed cuts so far off that no ray meets the same wall: "
+            "what is said there is reckoned from the causes"
+        )
+        out.append(Remark(line=0, code="reckoned", text=text, count=1))
+    if 2 * surface.not_met > all_of:
+        share = 100.0 * surface.not_met / all_of
+        text = f"{share:.0f} % of the surface has no counterpart on the program's exact path: the figures are those of the rest"
+        out.append(Remark(line=0, code="hardly-met", text=text, count=1))
+    return tuple(out)
 
 
 def _assumed(setup: Setup) -> tuple[Remark, ...]:

@@ -226,8 +226,15 @@ def _left_out(summary: PredictSummary) -> str:
         notes.append(
             f"found by the diagnosis, and not predicted from this run: {escape(', '.join(summary.not_reckoned))}"
         )
+    if summary.reckoned:
+        notes.append(
+            f"of {summary.reckoned:,} points the cut stock tells nothing, as another wall is where theirs would be: "
+            "they are reckoned from the causes"
+        )
     if summary.not_met:
-        notes.append(f"{summary.not_met:,} points are left out, as another wall is where theirs would be")
+        notes.append(
+            f"{summary.not_met:,} points are left out, as the exact path cuts another wall where theirs would be"
+        )
     notes += [escape(f"line {w.line}: {w.text}" if w.line else w.text) for w in summary.warnings]
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
 
