@@ -104,7 +104,8 @@ def likely_part(panels: Sequence[Panel], noise: float) -> LikelyPart | None:
             found.append((share, moves, follows, partial(_size, r, levers, shape, axis=along), None, along))
     for moves, taken, levers, shape, period in _returning(r, panels):
         share = taken / energy - _A_VALUE * levers.shape[2] * shape.shape[1]
-        found.append((share, moves, "time", partial(_size, r, levers, shape, axis=False), period, False))
+        along = levers.shape[2] == 1
+        found.append((share, moves, "time", partial(_size, r, levers, shape, axis=along), period, along))
     if not found:
         return None
     share, moves, follows, size_of, back, along = max(found, key=lambda f: f[0])
@@ -154,7 +155,7 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
     moving = np.ptp(link, axis=0) > _STILL
     postures = _quadratic(_standard(link[:, moving]))
     axes = r.panels[0].scene.axes
-    behind = {a: r.lever(f"{a}.zero")[:, :, None] for a in axes if f"{a}.zero" in r.panels[0].scene.places}
+    behind = {a: r.lever(f"{a}.zero")[:, :, None] for a in _behind(r.panels[0])}
     yield from ((a, "position", lever, postures) for a, lever in behind.items())
     yield from _external(r, foot)
     if any(p.scene.poses for p in r.panels):
@@ -172,6 +173,11 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
         k = axes.index(a)
         side = r.of([_rolled_over(p.scene.acceleration[:, k]) for p in r.panels])
         yield a, "acceleration", lever, np.stack([np.ones(len(side)), side], axis=1)
+
+
+def _behind(panel: Panel) -> list[str]:
+    """Axes of which the tool shows how far their links are off."""
+    return [a for a in panel.scene.axes if f"{a}.zero" in panel.scene.places]
 
 
 def _external(r: _Rows, foot: Array) -> Iterator[_Candidate]:
@@ -213,14 +219,16 @@ def _rolled_over(acceleration: Array) -> Array:
 
 
 def _returning(r: _Rows, panels: Sequence[Panel]) -> Iterator[tuple[str, float, Array, Array, float]]:
-    """What comes back with the time, in the tool's own frame and in the measured one, each log in its own phase: the part, m2
-    that it takes of folds left out, its levers and shape, the period. None where the motion itself comes back with that period.
+    """What comes back with the time, in the tool's own frame and in the measured one, there of an axis too, each log in its own
+    phase: the part, m2 that it takes of folds left out, its levers and shape, the period. None where the motion itself comes back
+    with that period.
 
     Of thousands of rates one always fits; so each fold is judged at the rate that the others show.
     """
     # axes there and back by turns come back in their sides alone
     courses = [_standard(r.of(x)) for x in ([p.scene.link for p in r.panels], [p.scene.sides for p in r.panels])]
     told = _rows(panels, _MOST_TOLD)
+    behind = [(a, r.lever(f"{a}.zero")[:, :, None]) for a in _behind(r.panels[0])]
     for name, levers in ((TOOL, r.turn), (INSTRUMENT, np.tile(np.eye(3), (len(r.gap), 1, 1)))):
         seen = np.einsum("nji,nj->ni", told.turn, told.gap) if name == TOOL else told.gap
         rates = _rates(told, seen)
@@ -228,8 +236,10 @@ def _returning(r: _Rows, panels: Sequence[Panel]) -> Iterator[tuple[str, float, 
             continue
         whole, *others = (np.c_[np.ones(len(r.t)), _by_log(r, partial(_turns, rate=rate))] for rate in rates)
         if not any(_shows(whole, course) for course in courses) and len(r.t) > 4 * whole.shape[1]:
-            folds = enumerate(_withheld(_columns(levers, shape), r.gap, r.fold) for shape in others)
-            yield name, sum(float(taken[k]) for k, taken in folds), levers, whole, 1.0 / rates[0]
+            # what an axis does comes back where it is seen from, too
+            for part, own in [(name, levers), *(behind if name == INSTRUMENT else [])]:
+                folds = enumerate(_withheld(_columns(own, shape), r.gap, r.fold) for shape in others)
+                yield part, sum(float(taken[k]) for k, taken in folds), own, whole, 1.0 / rates[0]
 
 
 def _shows(shape: Array, course: Array) -> bool:

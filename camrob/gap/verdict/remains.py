@@ -48,6 +48,7 @@ def claims(model: Model, probability: Mapping[str, float]) -> Set:
 
 
 _ARM = "encoder_to_tcp"
+_BY_MOTION = ("speed of", "direction of")  # how a quantity begins that an axis's own drive and gear make
 _APART = 1000  # blocks of fitted logs are fewer
 _CLEAR = 0.05  # p value under which what stays follows something
 _WORTH = 0.1  # share of its energy from which that is worth a word
@@ -316,13 +317,14 @@ def suspects(model: Model, unknown: Unknown) -> list[str]:
 
 
 def _sits_at(moves: str, follows: str, model: Model) -> str:
-    """The axis at which a shape behind the encoders sits: the one that it follows where it moves no axis, or an axis of the arm
-    by the motion of a carriage or a table, of which an arm knows nothing.
+    """The axis at which a shape behind the encoders sits: the one that it follows where it moves no axis, or another one with its
+    speed or its side, or an axis of the arm by the motion of a carriage or a table, of which an arm knows nothing.
     """
     scene, axis = model.scenes[0], _followed(follows)
     roles = {a: scene.cell.joints[scene.cell.index(a)].role for a in (moves, axis) if a in scene.axes}
     foreign = roles.get(moves) is Role.ARM and roles.get(axis) in (Role.CARRIAGE, Role.WORKPIECE)
-    return axis if moves not in roles or foreign else moves
+    by_motion = axis in roles and follows.startswith(_BY_MOTION)
+    return axis if moves not in roles or foreign or by_motion else moves
 
 
 def _followed(follows: str) -> str:

@@ -198,5 +198,18 @@ def test_an_axis_that_moves_as_the_table_turns_stands_for_the_table() -> None:
     model = SimpleNamespace(scenes=[of_kr15(bowed, in_base=False).scene])
     assert _sits_at("A3", "E2", model) == "E2"
     assert _sits_at("A1", "speed of E1", model) == "E1"
+    assert _sits_at("A4", "speed of A1", model) == "A1" and _sits_at("A4", "direction of A4", model) == "A4"
     assert _sits_at("A3", "A2", model) == "A3" and _sits_at("E2", "A2", model) == "E2"
     assert _sits_at("foot z", "A2", model) == "A2" and _sits_at("foot z", "time", model) == "time"
+
+
+def test_an_axis_that_comes_and_goes_with_the_time_is_named_with_its_period(tmp_path: Path) -> None:
+    """A balancer whose pressure falls and is pumped up again: seen from outside the arm it comes back, and A2 alone shows it."""
+
+    def pumped(t: np.ndarray, axis: np.ndarray) -> np.ndarray:
+        return only(1, 4e-4 * np.sin(2.0 * np.pi * t / 1.7), axis)
+
+    found = likely_part([panel(tmp_path, beyond=pumped)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows, found.along) == ("A2", "time", True)
+    assert found.period == pytest.approx(1.7, rel=0.02)
