@@ -173,3 +173,23 @@ def test_encoders_that_are_off_while_the_tool_is_not_are_the_recorder_s() -> Non
         "The record of the encoders, and not the machine: the tool is where the set-points say"
     )
     assert lines["Do first"] == "Have the recorder's filter and clock looked at, and log again. Leave alone: the robot."
+
+
+def test_a_long_step_goes_without_what_is_to_be_seen_then() -> None:
+    run = f"run the same path with and without {'the load and ' * 12}the tool"
+    lines = said(status="unexplained", unknown=UNKNOWN, next_experiment=f"To tell payload from lean: {run}: it grows.")
+    assert lines["Do first"].startswith(f"To tell payload from lean: {run}. ")
+
+
+def test_a_name_that_is_hardly_likely_comes_behind_what_has_none() -> None:
+    hardly = effect_found("lean", [], {"x_mm": 0.1}, probability=0.2)
+    alternatives = [{"effects": [], "probability": 0.4}, {"effects": ["lean"], "probability": 0.2}]
+    lines = said(hardly, status="unexplained", unknown=UNKNOWN, alternatives=alternatives)
+    assert lines["What"].startswith(
+        "Most likely something that has no name here, else lean (20 %): the gap is 0.300 mm"
+    )
+
+
+def test_warmth_that_has_no_axis_is_placed_at_none() -> None:
+    warm = effect_found("thermal_drift", [], {"expansion": 0.1}, axis_moves_mm={"A4": 0.2}, stands_out=["A4"])
+    assert "A4" not in said(warm)["Where"]

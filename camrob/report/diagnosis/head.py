@@ -28,6 +28,7 @@ _STAGE_SOUND = {
 _SILENT = 1.2  # times the noise, within which the tool is where the set-points say
 _BENT = 0.01  # of how far encoders are off, what levers that are others by then make of it
 _ALL_ALIKE = "all axes alike"
+_LONG = 160  # letters that a step may have
 _NO_DEED = "nothing to adjust"  # how a remedy begins that is none
 _TRIFLE = 0.2  # of what the largest cause moves the tool by
 
@@ -97,6 +98,8 @@ def _nothing_claimed(summary: DiagnosisSummary, first: Sequence[EffectFound]) ->
     if not likely or (nothing >= _LIKELY and summary.unknown.probability >= _LIKELY):
         return f"Something that has no name here: {size}.{_impossible(summary)}"
     names = ", ".join(f"{plain_name(e.effect)} ({sure(e.probability)})" for e in likely[:_MOST])
+    if sum(e.probability for e in likely) < _LIKELY <= summary.unknown.probability:
+        return f"Most likely something that has no name here, else {names}: {size}.{_impossible(summary)}"
     text = f"Not sure; {'the likeliest is' if len(likely) == 1 else 'likeliest are'} {names}: {size}."
     return f"{text}{_doubts(likely[:1], summary)}{_impossible(summary)}"
 
@@ -190,7 +193,7 @@ def _which_axis(entry: EffectFound) -> str:
     """Whether one axis stands out of its like, by the evidence."""
     moves = entry.axis_moves_mm or {}
     odd, shared = entry.stands_out, any("_beyond_" in n or n in ("tau_s", "arm_s2") for n in entry.parameters)
-    if not moves:
+    if not moves or not entry.axes:
         return _ALL_ALIKE if shared else ""
     if shared:
         return f"all axes, and {_listed(odd)} otherwise than the rest" if odd else _ALL_ALIKE
@@ -263,8 +266,12 @@ def _next(summary: DiagnosisSummary) -> str:
 
 
 def _short(text: str) -> str:
-    """A step without what is to be looked for, which stands below."""
-    return text.partition("; look for")[0].partition(": the paths that the two expect")[0].rstrip(".")
+    """A step; of a long one, without what is to be seen then, which stands below."""
+    text = text.partition("; look for")[0].partition(": the paths that the two expect")[0].rstrip(".")
+    if len(text) <= _LONG:
+        return text
+    about, joined, run = text.partition(": ") if text.startswith("To tell ") else ("", "", text)
+    return f"{about}{joined}{run.partition(': ')[0]}"
 
 
 def _left_alone(summary: DiagnosisSummary, doubtful: Sequence[EffectFound]) -> list[str]:
