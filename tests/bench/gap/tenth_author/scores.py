@@ -13,7 +13,7 @@ def wilson(k: int, n: int) -> tuple[float, float]:
         return 0.0, 1.0
     z, p = 1.96, k / n
     mid, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return float((mid - half) / (1 + z * z / n)), float((mid + half) / (1 + z * z / n))
+    return float(max(mid - half, 0.0) / (1 + z * z / n)), float((mid + half) / (1 + z * z / n))
 
 
 def claimed(said: dict) -> list[dict]:
