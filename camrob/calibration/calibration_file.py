@@ -101,6 +101,8 @@ def calibration_text(calibration: Calibration) -> str:
     c = calibration
     lines = [
         "# A calibration made by camrob: error parameters of a cell. mm, degrees, rad/Nm; names: README.",
+        "# Void as soon as an axis is mastered again, or an error of these is put right in the controller: measure and calibrate",
+        "# again then. To compensate with it as well would correct twice, and bring the error back the other way round.",
         f"schema = {SCHEMA}",
         f"cell = {json.dumps(c.cell_name)}",
         f"cell_digest = {json.dumps(c.cell_digest)}",

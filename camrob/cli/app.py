@@ -152,6 +152,13 @@ def verify(
     allow_unjudged: Annotated[
         bool, typer.Option("--allow-unjudged", help="Status 0 although something could not be judged.")
     ] = False,
+    original: Annotated[
+        Path | None,
+        typer.Option("--original", metavar="PROGRAM", help="Of a compensated program, the one that it was made of."),
+    ] = None,
+    calibration: Annotated[
+        Path | None, typer.Option("--calibration", metavar="CALIBRATION.toml", help="What it was corrected for.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="The folder that receives verify.json and verify.html.")
     ] = None,
@@ -170,6 +177,8 @@ def verify(
             clamping=clamping,
             collisions=not no_collisions,
             manifest=not no_manifest,
+            original=original,
+            calibration=calibration,
             out=out,
             progress=progress,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,6 +20,7 @@ from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, VerificationError
 from camrob.findings import Severity, first_error
+from camrob.jobs.closing.corrected_head import corrected_head
 from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
 from camrob.jobs.files.cell_for import cell_for
@@ -49,6 +51,7 @@ from camrob.summaries.compensate_summary import (
     CalibrationUsed,
     CompensateSummary,
     MarginsBeforeAfter,
+    OnDiagnosedMachine,
 )
 
 __all__ = ["CompensateResult", "compensate"]
@@ -79,6 +82,9 @@ def compensate(
     progress: Progress | None = None,
 ) -> CompensateResult:
     """Rewrite the targets of a program, everything else left byte for byte, and check the result by replay.
+
+    HOME and where tools are changed stay, as they ask for axis values and no pose. Lines of comment at the head say of which
+    program it was made and for which machine.
 
     With a diagnosis the program is run on the machine as diagnosed, and what is off there at the end of each motion beyond the
     calibrated chain (play on its side, friction, ripple, what follows the load) is taken off the targets too, as long as that
@@ -133,8 +139,8 @@ def compensate(
             made = met_on_machine(made, known, Path(scratch) / "divided")
         used = None if found is None else _used(found, calibration)
         with staged_output(out, name=source.stem) as folder:
-            summary, after = _written(made, program.name, used, folder)
             went_by = Sought(Path(cell), calibration, diagnosis, force).files()
+            summary, after = _written(made, program, used, folder, corrected_head(program, went_by))
             manifest = compensated_manifest(folder, Path(cell), program, went_by)
             files = sorted([*(f.name for f in folder.iterdir()), f"{source.stem}.json"])
             summary = replace(summary, files=tuple(files), manifest=manifest, seconds=time.perf_counter() - start)
@@ -178,14 +184,14 @@ def _used(found: Calibration, file: Path | None) -> CalibrationUsed:
 
 
 def _written(
-    work: Correction, source: str, calibration: CalibrationUsed | None, folder: Path
+    work: Correction, source: Path, calibration: CalibrationUsed | None, folder: Path, head: Sequence[str]
 ) -> tuple[CompensateSummary, Array]:
     """Write the compensated program into a staged folder, read it back, and check it: its summary and errors (N, 2).
 
-    source: the name of what was given.
+    source: what was given. head: lines of comment at the program's head.
     """
     text, planned, model, values = work.text, work.planned, work.model, work.values
-    again, warnings = work.rewritten(np.asarray(work.result.q), folder)
+    again, warnings = work.rewritten(np.asarray(work.result.q), folder, head)
     replayed = replay(again, planned.cell, progress=work.tell("check"))
     after = _checked(model, values, work.targets, replayed, again)
     judged_after = judge(again, replayed)
@@ -201,13 +207,14 @@ def _written(
         correction,
         planned,
         after,
-        source=source,
+        kept=work.kept,
+        source=source.name,
         calibration=calibration,
         limits=MarginsBeforeAfter(margin_min=judged_after.margin, margin_min_before=work.judged.margin),
         between=None if shifted_too else error_between(model, values, text, planned, replayed),
         rates=rates_and_violations(analyses, text, planned),
         findings=[*warnings, *work.left],
-        machine=work.on_machine,
+        machine=_below_head(work.on_machine, work.source.name, text, again),
     )
     _save_path(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
     page = compensation_report(
@@ -218,12 +225,25 @@ def _written(
             before=np.asarray(work.result.before),
             after=after,
             correction=correction[:, planned.cell.arm_slice],
-            shown=np.asarray(text.kind) != Motion.CIRC_VIA,
+            shown=(np.asarray(text.kind) != Motion.CIRC_VIA) & ~work.kept,
         ),
         analyses,
     )
     (folder / f"{work.source.stem}.html").write_text(page, encoding="utf-8")
     return summary, after
+
+
+def _below_head(
+    machine: OnDiagnosedMachine | None, file: str, text: ProgramText, again: ProgramText
+) -> OnDiagnosedMachine | None:
+    """The machine's figures with the lines of the targets that were added to `file` as they are below its new head."""
+    here = np.array([name == file for name in text.files])[np.asarray(text.file)]
+    if machine is None or file not in machine.targets_added or not here.any():
+        return machine
+    row = int(np.flatnonzero(here)[0])
+    shift = int(again.line[row]) - int(text.line[row])
+    lines = tuple(line + shift for line in machine.targets_added[file])
+    return replace(machine, targets_added={**machine.targets_added, file: lines})
 
 
 def _save_path(file: Path, cell: Cell, q: Array, text: ProgramText) -> None:

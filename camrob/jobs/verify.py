@@ -27,6 +27,7 @@ from camrob.findings import Finding, Severity, collapse, first_error
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.inputs import JobInputs, read_inputs
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.release.as_corrected import hold_to_original
 from camrob.jobs.release.beside import manifest_findings, reason_for_slower
 from camrob.jobs.release.opinion import of_program
 from camrob.jobs.release.release import ReadBack, cover_toolpath, hold_to_tool, path_collisions
@@ -94,6 +95,8 @@ def verify(
     clamping: str | None = None,
     collisions: bool = True,
     manifest: bool = True,
+    original: Path | None = None,
+    calibration: Path | None = None,
     out: Path | None = None,
     progress: Progress | None = None,
 ) -> VerifyResult:
@@ -110,6 +113,9 @@ def verify(
         clamping: of a part that is worked from several sides, the set-up's [[clamping]] that the program is for.
         collisions: whether bodies are followed along the whole program.
         manifest: whether the files have to be those that the NAME.json beside the program names.
+        original: of a program that `compensate` has made, the one that it was made of: that one is judged, held to `against`, and
+            the program to it: all but the targets of motions alike, and the calibrated robot on the original's poses.
+        calibration: the CALIBRATION.toml that it was corrected for; needed with `original`.
         out: the folder that receives verify.json and verify.html, a page with pictures of places; None: none.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
@@ -129,8 +135,11 @@ def verify(
     start = time.perf_counter()
     share = partial(stage_of, progress)
     machine = cell_for("verify", cell)
-    if against is None:
-        _of_no_file(begin, clamping)
+    _of_no_file(against, begin, clamping)
+    if original or calibration:
+        asked = partial(verify, cell=cell, against=against, setup=setup, begin=begin, clamping=clamping)
+        given = program, (original, calibration), asked, machine, (collisions, manifest)
+        return _told(*_of_corrected(*given, share), out, share)
     inputs: JobInputs | None = None
     if against is not None:
         inputs = read_inputs(against, machine, setup, begin=begin, clamping=clamping, progress=share("read"))
@@ -167,12 +176,61 @@ def verify(
         against=None if inputs is None or second is None else _against(second.coverage, inputs),
         seconds=round(time.perf_counter() - start, 3),
     )
+    return _told(summary, second, found, out, share)
+
+
+def _told(
+    summary: VerifySummary,
+    second: _Replayed | None,
+    found: Sequence[Finding],
+    out: Path | None,
+    share: Callable[[str], Share],
+) -> VerifyResult:
+    """The result, with its page where one is asked for."""
     if out is not None:
         from camrob.jobs.release.verify_page import write_page
 
         share("report")(0.0)
         write_page(out, summary, None if second is None else (second.text, second.replayed))
-    return VerifyResult(ok, summary, tuple(found))
+    return VerifyResult(summary.ok, summary, tuple(found))
+
+
+def _of_corrected(
+    program: Path,
+    pair: tuple[Path | None, Path | None],
+    asked: Callable[..., VerifyResult],
+    machine: Cell,
+    checks: tuple[bool, bool],
+    share: Callable[[str], Share],
+) -> tuple[VerifySummary, _Replayed, list[Finding]]:
+    """A program that `compensate` has made: its original as it is `asked` for, and itself beside that."""
+    original, calibration = pair
+    if original is None or calibration is None:
+        raise InputError("a compensated program is held to its original by what it was corrected for", hint="give both")
+    start = time.perf_counter()
+    collisions, manifest = checks
+    kept = manifest_findings(program, machine.folder, None, None) if manifest else []
+    first = asked(original, collisions=collisions, manifest=manifest)
+    second = _replayed(program, machine, None, collisions, share)
+    text = language_of_file(original).read(original, machine.controller_section)
+    runs = (second.text, second.replayed), (text, replay(text, machine))
+    figures, off = hold_to_original(*runs, original, calibration, machine)
+    own = [*kept, *off, *_further([], second)]
+    found = collapse([*(replace(f, text=f"of the original: {f.text}") for f in first.findings), *own])
+    errors = [f for f in found if f.severity is Severity.ERROR]
+    summary = replace(
+        first.summary,
+        program=program.stem,
+        ok=False if errors else first.ok,
+        errors=tuple(JudgedRemark.of(f) for f in errors),
+        warnings=tuple(JudgedRemark.of(f) for f in found if f.severity is Severity.WARNING),
+        files=tuple(Path(f).name for f in second.text.files),
+        motions=len(second.text),
+        replay=_figures(second),
+        corrected=figures,
+        seconds=round(time.perf_counter() - start, 3),
+    )
+    return summary, second, found
 
 
 def _replayed(
@@ -203,9 +261,9 @@ def _replayed(
     return _Replayed(text, replayed, judgement, coverage, report, tuple(findings))
 
 
-def _of_no_file(begin: int, clamping: str | None) -> None:
+def _of_no_file(against: Path | None, begin: int, clamping: str | None) -> None:
     """Raise InputError where a CL file that is not there is asked something of."""
-    if begin or clamping is not None:
+    if against is None and (begin or clamping is not None):
         option = "--begin" if begin else "--clamping"
         raise InputError(
             f"{option} says what of a CL file the program does, and none is given", hint="add --against CLFILE"

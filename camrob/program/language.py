@@ -156,5 +156,8 @@ class Language(Protocol):
         byte. An external axis that the line does not name stands still. Raises ProgramError.
         """
 
+    def headed(self, text: str, comments: Sequence[str]) -> str:
+        """The text with lines of comment behind the line that names the program, all else byte for byte."""
+
     def targets(self, statement: str) -> int:
         """How many targets are written in a line, 0 for a named one or no motion."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from camrob.summaries.base import Summary, keyed, spread
+from camrob.summaries.base import Summary, keyed, left_out, spread
 from camrob.summaries.feed_figures import BlockTime
 from camrob.summaries.remarks import Approximated, AxisLimits, JudgedRemark
 
-__all__ = ["Against", "Judged", "LeastConditioning", "ProgramEvents", "ReplayFigures", "VerifySummary"]
+__all__ = ["Against", "CorrectedFrom", "Judged", "LeastConditioning", "ProgramEvents", "ReplayFigures", "VerifySummary"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,11 +68,22 @@ class Against(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CorrectedFrom(Summary):
+    """Of a compensated program: how far its targets are moved, and the calibrated robot is off the original's poses."""
+
+    original: str
+    calibration: str
+    moved_mm_max: float
+    position_error_mm_max: float
+    axis_error_deg_max: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySummary(Summary):
     """The judgement of a program.
 
     ok: None where nothing was found against it but not all of it was judged. motions, replay: None where it could not be
-    replayed. against: None without a CL file.
+    replayed. against: None without a CL file. corrected: of a compensated program that was held to its original.
     """
 
     program: str
@@ -88,3 +99,4 @@ class VerifySummary(Summary):
     replay: ReplayFigures | None = spread()
     against: Against | None
     seconds: float
+    corrected: CorrectedFrom | None = left_out()

@@ -103,7 +103,7 @@ def one(family: str, number: int, out: Path) -> dict[str, Any]:
 
     def off(run: Path, apply: Apply, added: tuple[int, ...] = ()) -> list[float]:
         exact = closed_loop.run_on_cell(run, apply, number, sigma_mm=0.0)
-        size = closed_loop.off_path(exact, program, added=added)
+        size = closed_loop.off_path(exact, program, added=(*closed_loop.lines_of_head(run), *added))
         return [float(np.sqrt(np.mean(size**2))), float(np.quantile(size, 0.95)), float(size.max())]
 
     row |= {"posted": off(program, whole), "field": off(program, field)}

@@ -80,6 +80,15 @@ def run_on_cell(
     return MeasurementLog(columns, info)
 
 
+def lines_of_head(program: Path) -> tuple[int, ...]:
+    """Lines by which `compensate` says at a program's head what it is: its original lacks them. None of another program."""
+    lines = program.read_text(encoding="latin-1").splitlines()
+    first = next((k for k, line in enumerate(lines, 1) if "CORRECTED by camrob compensate" in line), None)
+    if first is None:
+        return ()
+    return tuple(range(first, 1 + next(k for k, line in enumerate(lines, 1) if "The original's own head" in line)))
+
+
 def off_path(
     log: MeasurementLog, program: Path, shift: np.ndarray | None = None, added: tuple[int, ...] = ()
 ) -> np.ndarray:
@@ -118,7 +127,7 @@ def close_loop(program: Path, out: Path, apply: Callable[[generator.World], None
     errors = {
         "before": off_path(first, out / program.name),
         "predicted": off_path(first, out / program.name, moved),
-        "reached": off_path(second, out / program.name),
+        "reached": off_path(second, out / program.name, added=lines_of_head(out / "compensated" / program.name)),
     }
     sizes = {
         name: {"rms_mm": float(np.sqrt(np.mean(e**2))), "p95_mm": float(np.quantile(e, 0.95)), "max_mm": float(e.max())}

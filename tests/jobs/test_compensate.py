@@ -133,6 +133,15 @@ def program(folder: Path, *, q0=(9.0, -77.0, 123.0, -26.0, 50.0, 27.0), more: st
     return path
 
 
+def below_head(text: bytes) -> bytes:
+    """The program without the lines that say that it is corrected."""
+    lines = text.split(b"\n")
+    first = next(k for k, line in enumerate(lines) if line.startswith(b"; CORRECTED by camrob compensate"))
+    last = next(k for k, line in enumerate(lines) if line.startswith(b"; The original's own head"))
+    assert all(line.startswith(b"; ") and line.endswith(b"\r") and len(line) <= 81 for line in lines[first : last + 1])
+    return b"\n".join([*lines[:first], *lines[last + 1 :]])
+
+
 def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibration: Path) -> None:
     source = program(tmp_path)
     result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
@@ -140,7 +149,9 @@ def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibrati
     assert result.summary.error_after.max_mm < 3e-4
     assert result.summary.error_after.max_deg < 3e-5
     assert json.loads((tmp_path / "out" / "sample.json").read_text()) == result.summary.to_json()
-    old, new = source.read_bytes().split(b"\n"), (tmp_path / "out" / "sample.src").read_bytes().split(b"\n")
+    old, new = (
+        t.split(b"\n") for t in (source.read_bytes(), below_head((tmp_path / "out" / "sample.src").read_bytes()))
+    )
     assert len(old) == len(new)
     changed = [k for k, (a, b) in enumerate(zip(old, new, strict=True)) if a != b]
     assert changed == [8, 9, 11, 13]
@@ -157,8 +168,9 @@ def test_odd_bytes_in_comments_move_no_line(tmp_path: Path, calibration: Path) -
     odd = source.read_bytes().replace(b";FOLD INI", b"; a\x85b\x0cc\x1cd\x0be\r\n;FOLD INI")
     source.write_bytes(odd)
     result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
-    new = (tmp_path / "out" / "sample.src").read_bytes()
-    assert new.replace(b"; a\x85b\x0cc\x1cd\x0be\r\n", b"") == (tmp_path / "plain" / "sample.src").read_bytes()
+    new = below_head((tmp_path / "out" / "sample.src").read_bytes())
+    as_plain = below_head((tmp_path / "plain" / "sample.src").read_bytes())
+    assert new.replace(b"; a\x85b\x0cc\x1cd\x0be\r\n", b"") == as_plain
     assert result.summary.error_after == plain.summary.error_after
 
 
@@ -190,7 +202,8 @@ def test_a_rigid_shift_of_the_robot_shifts_the_program(tmp_path: Path) -> None:
         source.read_bytes().replace(b"E2 5.0", b"E2 0.0").replace(b"e2 5.5", b"e2 0.0").replace(b"E2 6", b"E2 0")
     )
     compensate(source, cell=CELL_FOLDER, calibration=tmp_path / "C.toml", out=tmp_path / "out")
-    old, new = (f.read_text(encoding="latin-1").splitlines()[9] for f in (source, tmp_path / "out" / "sample.src"))
+    texts = source.read_bytes(), below_head((tmp_path / "out" / "sample.src").read_bytes())
+    old, new = (t.decode("latin-1").splitlines()[9] for t in texts)
     x_old, x_new = (float(line.split("X ")[1].split(",")[0]) for line in (old, new))
     assert x_new - x_old == pytest.approx(-1.0, abs=2e-4)
     assert old.split(",")[1:3] == new.split(",")[1:3]

@@ -233,6 +233,8 @@ def test_what_is_clear_is_done_first_and_the_largest_before_the_others() -> None
     steps = dict(to_do(summary([small, large], unknown={"probability": 0.01})))
     assert list(steps) == ["lean (0.300 mm)", "backlash (0.100 mm)", "in the program"]
     assert steps["lean (0.300 mm)"] == "mend lean" and "--diagnosis DIR" in steps["in the program"]
+    said = steps["in the program"]  # done at the machine and here, it would be corrected twice
+    assert said.startswith("instead, not as well: ") and "makes the logs again first" in said
     left = to_do(summary([small], unknown={"probability": 0.9, "rms_mm": 0.2}))
     assert left[1] == (
         "what is unexplained",

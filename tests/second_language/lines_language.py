@@ -130,6 +130,9 @@ class Lines:
             lines.append(line)
         return "\n".join(lines)
 
+    def headed(self, text, comments):
+        return text
+
     def targets(self, statement):
         word = statement.split()[:1]
         return {"axes": 1, "pose": 1, "line": 1, "arc": 2}.get(word[0], 0) if word else 0

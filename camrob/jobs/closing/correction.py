@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -39,12 +40,15 @@ _SLACK = 1.1  # by so much 95 % of the way may be farther off where the mean squ
 _FARTHER = (
     1e-5  # m rms by which a motion that is farther off than before is told: less than half of what any arm repeats to
 )
+_PRINTED = 1e-3  # degrees: rounding of what is printed, and well below what anybody would teach
 _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
 
 
 class Correction:
     """A program on its way: read, replayed, judged and compensated. targets: (N, 4, 4) what the calibrated chain is to meet.
 
+    kept: (N,) PTPs to axis values that the cell states, HOME and where tools are changed. They stay: no pose is asked for there,
+    they were taught on the machine as it is, and the controller knows HOME ($H_POS, XHOME) by these very values.
     more: whether these hold more than the chain's constants.
     """
 
@@ -65,6 +69,7 @@ class Correction:
         self.model, self.values = calibrated_chain(found, self.planned.one_tool(text))
         self.q = _postures(text, self.planned)
         self.targets = np.asarray(self.planned.base_T_tool)
+        self.kept = _stated(text, machine)
         self.result, self.left = self._compensated(self.targets)
         self.on_machine: OnDiagnosedMachine | None = None
         self.off_path, self.more = OffWay(np.zeros(0), np.zeros(0), np.zeros(0, np.int64)), False
@@ -81,11 +86,14 @@ class Correction:
             row = int(error.value or 0.0)
             what = "the pose can't be compensated: the arm is singular there; lead the path past that posture"
             raise SingularError(what, line=int(self.text.line[row])) from None
-        return _within_limits(self.planned.cell, self.q, result, self.text)
+        stays = np.where(self.kept[:, None], self.q, np.asarray(result.q))
+        return _within_limits(self.planned.cell, self.q, replace(result, q=stays), self.text)
 
-    def rewritten(self, q: Array, folder: Path) -> tuple[ProgramText, list[Finding]]:
-        """The program whose targets postures q (N, n) reach, written into a folder and read back; what was left as it is."""
-        return rewritten(self.source, self.language, self.text, self.planned, q, folder)
+    def rewritten(self, q: Array, folder: Path, head: Sequence[str] = ()) -> tuple[ProgramText, list[Finding]]:
+        """The program whose targets postures q (N, n) reach, written into a folder and read back; what was left as it is. head:
+        lines of comment at its head.
+        """
+        return rewritten(self.source, self.language, self.text, self.planned, q, folder, kept=self.kept, head=head)
 
     def run_on(self, known: DiagnosedMachine, progress: Share | None = None) -> MachineRun:
         """The program as it stands, with this work's corrections, on the machine as diagnosed."""
@@ -187,6 +195,24 @@ def _farther(before: OffWay, made: Correction, meant: NDArray[np.int64]) -> list
         f"{m_to_mm(was[worst]):.3f}: their ends are moved for the cuts beside them; look whether they touch the part"
     )
     return [Finding("farther-off", what, line=line, count=len(rows))]
+
+
+def _stated(text: ProgramText, cell: Cell) -> NDArray[np.bool_]:
+    """(N,) PTPs to the arm's axis values of HOME, or of where tools are changed, as they are printed; not where a line begins,
+    whose way would be off there.
+    """
+    section = cell.controller_section
+    poses = [cell.to_axis_values(cell.q_home)]
+    if section is not None and section.tool_change_pose is not None:
+        poses.append(np.array(section.tool_change_pose, float))
+    axes = np.asarray(text.axes)
+    out = np.zeros(len(text), np.bool_)
+    for pose in poses:
+        if axes.shape[1] <= len(pose):
+            out |= np.abs(axes - pose[: axes.shape[1]]).max(axis=1) < _PRINTED
+    kind = np.asarray(text.kind)
+    begins = np.append(kind[1:] >= Motion.LIN, False)
+    return np.asarray(out & (kind == Motion.PTP_AXES) & ~begins)
 
 
 def _followed(planned: Replay) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,20 +30,30 @@ def _printed_poses(text: ProgramText, cell: Cell, q: Array) -> Array:
 
 
 def rewritten(
-    source: Path, language: Language, text: ProgramText, planned: Replay, q: Array, folder: Path
+    source: Path,
+    language: Language,
+    text: ProgramText,
+    planned: Replay,
+    q: Array,
+    folder: Path,
+    *,
+    kept: NDArray[np.bool_],
+    head: Sequence[str] = (),
 ) -> tuple[ProgramText, list[Finding]]:
     """Write a program with the targets that postures q (N, n) reach into a folder, all else byte for byte, and read it back.
 
-    source: the main file, `text` what it holds and `planned` its replay. Returns the program and what was left as it is. Raises
+    source: the main file, `text` what it holds and `planned` its replay. kept: (N,) motions whose targets stay as they are. head:
+    lines of comment at the main file's head. Returns the program and what was left as it is. Raises
     ProgramError where a motion that runs several times would need different targets.
     """
-    sources, left = _patched(source.parent, language, text, planned, q)
+    sources, left = _patched(source.parent, language, text, planned, q, kept)
+    sources[source.name] = language.headed(sources[source.name], head)
     write_files(folder, source.parent, language, text, sources)
     return language.read(folder / source.name, planned.cell.controller_section), left
 
 
 def _patched(
-    folder: Path, language: Language, text: ProgramText, planned: Replay, q: Array
+    folder: Path, language: Language, text: ProgramText, planned: Replay, q: Array, kept: NDArray[np.bool_]
 ) -> tuple[dict[str, str], list[Finding]]:
     """The files' new texts (latin-1), and what was left as it is."""
     poses = _printed_poses(text, planned.cell, q)
@@ -58,6 +68,9 @@ def _patched(
         count = 2 if text.kind[row] == Motion.CIRC_VIA else 1
         name, line = text.files[text.file[row]], int(text.line[row])
         by_axes = text.kind[row] == Motion.PTP_AXES
+        if kept[row]:
+            row += count
+            continue
         if by_axes and language.targets(lines[name][line - 1]) == 0:
             warnings.append(Finding("left", "a PTP to a named posture is left as it is", line=line))
         else:

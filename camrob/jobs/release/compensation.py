@@ -62,6 +62,7 @@ def compensation_summary(
     planned: Replay,
     after: Array,
     *,
+    kept: NDArray[np.bool_],
     source: str,
     calibration: CalibrationUsed | None,
     limits: MarginsBeforeAfter,
@@ -72,11 +73,13 @@ def compensation_summary(
 ) -> CompensateSummary:
     """What was done, in the units of the trade, but for the files and seconds.
 
-    withheld: the calibration's error on withheld poses. correction (N, n): by how much the joints were moved, SI. source: the
-    program's name. findings: what is said before what these figures say by themselves. machine: with a diagnosis only.
+    kept: (N,) motions whose targets stayed, which no error counts of. withheld: the calibration's error on withheld poses.
+    correction (N, n): by how much the joints were moved, SI. source: the program's name. findings: what is said before what these
+    figures say by themselves. machine: with a diagnosis only.
     """
     cell = planned.cell
     rows = np.asarray(text.kind) != Motion.CIRC_VIA
+    rows = rows & ~kept if np.any(rows & ~kept) else rows
     moved = np.linalg.norm(
         (base_T_tool(cell, np.asarray(result.q)) - np.asarray(planned.base_T_tool))[rows, :3, 3], axis=1
     )

@@ -104,6 +104,12 @@ class Krl:
 
         return divide_source(text, targets)
 
+    def headed(self, text: str, comments: Sequence[str]) -> str:
+        """Lines of comment behind DEF."""
+        from camrob.languages.krl.patch import headed_source
+
+        return headed_source(text, comments)
+
     def targets(self, statement: str) -> int:
         """How many {...} a motion has."""
         from camrob.languages.krl.patch import literal_targets

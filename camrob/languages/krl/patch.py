@@ -6,11 +6,14 @@ import re
 from collections.abc import Mapping, Sequence
 
 from camrob.errors import KrlError
+from camrob.languages.krl.krl_text import comment_text
 from camrob.program.language import AddedTarget, NewTarget
 
-__all__ = ["divide_source", "literal_targets", "patch_source"]
+__all__ = ["divide_source", "headed_source", "literal_targets", "patch_source"]
 
 _STATEMENT = re.compile(r"\s*S?(?:PTP|LIN|CIRC)\b", re.IGNORECASE)
+_DEF = re.compile(r"\s*(?:GLOBAL\s+)?DEF\s", re.IGNORECASE)
+_COMMENT = 78  # characters: what every controller takes
 _AGGREGATE = re.compile(r"\{[^{};\"]*\}")
 _COMPONENT = re.compile(
     r"(?<![A-Za-z0-9_])([A-Za-z]\d?)(\s+|\s*(?=[-+.]))([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?=[,}])"
@@ -31,6 +34,16 @@ def patch_source(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
     for number, wanted in targets.items():
         numbers = [dict(zip(_AXES if t.by_axes else _POSE, t.values, strict=True)) for t in wanted]
         lines[number - 1] = _line(lines[number - 1], numbers, number)
+    return "\n".join(lines)
+
+
+def headed_source(text: str, comments: Sequence[str]) -> str:
+    """The program text with lines of comment behind its first DEF; as it is where it has none."""
+    lines = text.split("\n")
+    at = next((k for k, line in enumerate(lines) if _DEF.match(line)), None)
+    if at is not None:
+        end = "\r" if lines[at].endswith("\r") else ""
+        lines[at + 1 : at + 1] = [f"; {comment_text(said, _COMMENT)}{end}" for said in comments]
     return "\n".join(lines)
 
 

@@ -13,12 +13,15 @@ from camrob.languages.rapid.rapid_numbers import (
     QUATERNION_DECIMALS,
     quaternions,
 )
+from camrob.languages.rapid.rapid_text import comment_text
 from camrob.program.language import AddedTarget, NewTarget
 from camrob.program.printed import fixed_decimals
 
-__all__ = ["divide_module", "literal_targets", "patch_module"]
+__all__ = ["divide_module", "headed_module", "literal_targets", "patch_module"]
 
 _MOTION = re.compile(r"\s*Move(?:AbsJ|J|L|C)\b", re.IGNORECASE)
+_MODULE = re.compile(r"\s*MODULE\s", re.IGNORECASE)
+_COMMENT = 76  # characters
 _LINE = re.compile(r"\s*MoveL\b", re.IGNORECASE)
 _VALUE = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
 
@@ -53,6 +56,16 @@ def patch_module(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
             new = _joints(match, target.values) if target.by_axes else _pose(match, target.values, {})
             line = line[: match.start()] + new + line[match.end() :]
         lines[number - 1] = line
+    return "\n".join(lines)
+
+
+def headed_module(text: str, comments: Sequence[str]) -> str:
+    """The module's text with lines of comment behind its first line MODULE; as it is where it has none."""
+    lines = text.split("\n")
+    at = next((k for k, line in enumerate(lines) if _MODULE.match(line)), None)
+    if at is not None:
+        end = "\r" if lines[at].endswith("\r") else ""
+        lines[at + 1 : at + 1] = [f"  ! {comment_text(said, _COMMENT)}{end}" for said in comments]
     return "\n".join(lines)
 
 

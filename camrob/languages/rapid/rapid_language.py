@@ -103,6 +103,12 @@ class Rapid:
 
         return divide_module(text, targets)
 
+    def headed(self, text: str, comments: Sequence[str]) -> str:
+        """Lines of comment behind MODULE."""
+        from camrob.languages.rapid.patch import headed_module
+
+        return headed_module(text, comments)
+
     def targets(self, statement: str) -> int:
         """How many literal targets a motion's line has."""
         from camrob.languages.rapid.patch import literal_targets

@@ -113,6 +113,8 @@ def _in_program(summary: DiagnosisSummary) -> str:
     written = summary.compensable.written
     calibration = f" --calibration {written}" if written else ""
     return (
-        "what is not put right at the machine and comes back from run to run is taken off by "
-        f"camrob compensate PROGRAM.src --cell {summary.cell}{calibration} --diagnosis DIR --out OUT (DIR: where this page lies)"
+        "instead, not as well: what is not put right at the machine and comes back from run to run is taken off by camrob "
+        f"compensate PROGRAM.src --cell {summary.cell}{calibration} --diagnosis DIR --out OUT (DIR: where this page lies). "
+        "Whoever masters an axis, or enters a value in the controller, makes the logs again first: done both ways, an error "
+        f"comes back the other way round{f', and {written} is void' if written else ''}"
     )

@@ -88,6 +88,10 @@ def _figures(summary: VerifySummary) -> RenderableType:
     if against is not None:
         off = f", at most {shown_number(against.position_error_mm_max, 4)} mm off" if against.met else ""
         grid.add_row("Against", shown_text(f"{against.file}: {against.met} of {against.points} points met{off}"))
+    if (made := summary.corrected) is not None:
+        what = f"{made.original}, all else alike: targets moved by {shown_number(made.moved_mm_max, 3)} mm at most, the robot of "
+        what += f"{made.calibration} at most {shown_number(made.position_error_mm_max, 4)} mm off what was meant"
+        grid.add_row("Corrected", shown_text(what))
     if replay is not None:
         files = ", ".join(summary.files)
         grid.add_row("Program", shown_text(f"{shown_number(summary.motions, 0)} motions in {files}"))

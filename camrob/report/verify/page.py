@@ -68,7 +68,9 @@ def verify_report(summary: VerifySummary, motions: VerifiedMotions | None, pictu
 
 
 def _against(summary: VerifySummary) -> str:
-    return "" if summary.against is None else f", against <b>{escape(summary.against.file)}</b>"
+    made = summary.corrected
+    said = "" if made is None else f", corrected by {escape(made.calibration)}, its original"
+    return said if summary.against is None else f"{said}, against <b>{escape(summary.against.file)}</b>"
 
 
 def _verdict(summary: VerifySummary) -> str:
