@@ -20,7 +20,7 @@ from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.motion_ends import kept_points
 from camrob.program.process import Place, Process
-from camrob.program.program import Program
+from camrob.program.program import Program, ProgramEvent, ProgramEventKind
 from camrob.program.program_events import ProgramRows, RegionPoints, program_events
 from camrob.redundancy.path import TRANSIT, ToolPathInBase
 from camrob.redundancy.solution import Lead, Solution
@@ -33,6 +33,7 @@ __all__ = ["assemble_program"]
 Array = NDArray[np.float64]
 
 _CHUNK = 16_384  # rows whose poses are worked out at once: bounds the memory
+_SAID = 0.05  # mm and degrees: what is printed
 _ALONG = 0.999999  # cosine to the tool's axis from which a way is one down or up a hole (0.08 degrees)
 
 
@@ -89,6 +90,7 @@ def assemble_program(
     held = np.zeros((0, 4)) if loads is None else rounding.load(loads)
     other = [k for k in range(len(held)) if k == 0 or not np.array_equal(held[k], held[k - 1])]
     events, placed = program_events(process, program_rows, mounted, {begins[k]: k for k in other})
+    events = tuple(sorted([*events, *_revisions_said(cell, rows)], key=lambda e: e.motion))
     return build_program(
         name,
         cells[0],
@@ -202,6 +204,26 @@ def _path_rows(
         begin = at + 1
     point, q, kinds = (np.concatenate(column) for column in zip(*out, strict=True))
     return _Rows(point, q, cell.to_axis_values(q), kinds, path.stretch[point])
+
+
+def _revisions_said(cell: Cell, rows: _Rows) -> list[ProgramEvent]:
+    """A comment before each posture revision, whose first move repeats the point before it: what moves while the tip stays."""
+    again = (rows.point[1:] == rows.point[:-1]) & (rows.point[1:] >= 0)
+    first = np.flatnonzero(again & ~np.append(False, again[:-1])) + 1
+    out = []
+    for row in first.tolist():
+        stay = np.flatnonzero(rows.point[row:] != rows.point[row])
+        last = row + (int(stay[0]) if len(stay) else len(rows.point) - row) - 1
+        values = rows.axis_values[[row - 1, last], 6:] + 0.0
+        moved = [
+            f"{name} {a:.1f} to {b:.1f}"
+            for name, (a, b) in zip(cell.external_names, values.T, strict=True)
+            if abs(b - a) > _SAID
+        ]
+        what = ", ".join(moved) if moved else "the arm"
+        how = "by axes, the tip swings out" if rows.kind[row] == Motion.PTP_AXES else "the tip stays"
+        out.append(ProgramEvent(row, ProgramEventKind.COMMENT, f"posture revision, {how}: {what}"))
+    return out
 
 
 def _turns(frames: Array, kind: NDArray[np.int8]) -> NDArray[np.bool_]:

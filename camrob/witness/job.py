@@ -74,6 +74,11 @@ class Job:
         return self.tools.get(number, self.tools.get(0))
 
     @property
+    def loads(self) -> dict[int, tuple[float, float, float, float]]:
+        """Number to mass and centre, of tools whose mass is stated."""
+        return {number: tool.load for number, tool in self.tools.items() if tool.load is not None}
+
+    @property
     def numbers(self) -> dict[str, int]:
         """The tools' numbers by their names, in lower case; a name that two tools have names none."""
         names = [tool.name.strip().casefold() for number, tool in self.tools.items() if number]

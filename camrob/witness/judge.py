@@ -110,7 +110,7 @@ def judge(
     job = no_job() if setup is None else read_job(setup, clamping)
     clock.lap("machine")
     run = run_program(program, machine)
-    weighed = any(tool.load for tool in job.tools.values())
+    weighed = bool(job.loads) and machine.controller.own.get("load_measured") is not True
     unsettled = [gap for gap in run.unsettled if not (weighed and gap.of_load)]
     settled = replace(run, objections=(*run.objections, *run.conduct), gaps=(*run.gaps, *unsettled))
     clock.lap("program")
@@ -197,7 +197,7 @@ def _terms(machine: Machine, job: Job, slower_allowed: str, usual_rapid: float |
     return Terms(
         base_T_part=job.base_T_part,
         tools=tools or {0: own},
-        loads={number: tool.load for number, tool in job.tools.items() if tool.load is not None},
+        loads={} if machine.controller.own.get("load_measured") is True else job.loads,
         home=machine.home,
         endless=np.array([joint.endless for joint in machine.in_order]),
         change=machine.home if change is None else np.array(change),

@@ -73,7 +73,12 @@ def _masses_stated(mounted: Sequence[MountedTool], setup: Setup, line: int) -> I
         what = f"the set-up states a mass for {stated[0]} and none for {silent[0]}, which would run with the load of the other"
         hint = "give mass_kg and center_of_mass_mm for every [[tool]] of the job, or for none"
         raise SetupError(what, hint=hint, path=setup.path)
-    if silent and len({m.label for m in mounted}) > 1:
+    if _load_of_controller(mounted) and len({m.label for m in mounted}) > 1:
+        text = (
+            "load_measured leaves the load of all tools to one row of the controller's LOAD_DATA, that of tool_number"
+        )
+        yield Finding("load-not-switched", f"{text}: leave it out if their masses differ", line=line)
+    elif silent and len({m.label for m in mounted}) > 1:
         text = (
             "the set-up states no mass of the tools: the controller's load data stay those that were set before, for each of "
             f"{', '.join(dict.fromkeys(silent))}; give mass_kg and center_of_mass_mm of every [[tool]] if their masses differ"
@@ -82,10 +87,18 @@ def _masses_stated(mounted: Sequence[MountedTool], setup: Setup, line: int) -> I
 
 
 def mounted_loads(mounted: Sequence[MountedTool]) -> Array | None:
-    """(stretches, 4) kg, and X, Y, Z in `flange` in mm, of each stretch's tool; None where the set-up states none."""
-    if any(m.tool.mass is None for m in mounted):
+    """(stretches, 4) kg, and X, Y, Z in `flange` in mm, of each stretch's tool; None where the set-up states none, and where the
+    cell leaves the load to the controller.
+    """
+    if any(m.tool.mass is None for m in mounted) or _load_of_controller(mounted):
         return None
     return np.array([[m.tool.mass, *m_to_mm(np.asarray(m.tool.center_of_mass))] for m in mounted], np.float64)
+
+
+def _load_of_controller(mounted: Sequence[MountedTool]) -> bool:
+    """Whether the controller's own load data hold, which it measured."""
+    section = mounted[0].cell.controller_section
+    return section is not None and section.own.get("load_measured") is True
 
 
 def change_poses(mounted: Sequence[MountedTool], changes: Sequence[ToolChange]) -> dict[int, Array]:

@@ -27,7 +27,8 @@ class KrlSettings:
     standing for the frame, as in `EK(MACHINE_DEF[2].ROOT, MACHINE_DEF[2].MECH_TYPE, {base})`; empty prints the frame.
     act_ex_ax: `$ACT_EX_AX`, 0 leaves it alone. tool_number, base_number: entries of the controller's tables that are made active
     (for load data and the pendant) before the frames are written, None leaves them alone. base_measured: the base is the row
-    base_number of BASE_DATA as the controller has it, which is never written. stop_message: whether a program
+    base_number of BASE_DATA as the controller has it, which is never written; load_measured: the load likewise, LOAD_DATA's row
+    tool_number. stop_message: whether a program
     declares the usual interrupt for stop messages, IR_STOPM, which shows them. upload_folder: the controller's folder that
     programs are copied into, each into one of its own name, as in `R1/Program`; a list of what goes there comes with each
     program then. Empty: no list. customs: what the shop's programs look like otherwise.
@@ -40,6 +41,7 @@ class KrlSettings:
     tool_number: int | None
     base_number: int | None
     base_measured: bool
+    load_measured: bool
     stop_message: bool
     upload_folder: str
     customs: Customs
@@ -90,7 +92,8 @@ def krl_settings(controller: ControllerSettings) -> KrlSettings:
         act_ex_ax=_number(own, "act_ex_ax", _MECHANISMS) or 0,
         tool_number=tool_number,
         base_number=base_number,
-        base_measured=_measured(own, base_number),
+        base_measured=_measured(own, "base", base_number),
+        load_measured=_measured(own, "load", tool_number),
         stop_message=_flag(own, "stop_message"),
         upload_folder=_folder(own, "upload_folder"),
         customs=take_customs(own, tool_number=tool_number, base_number=base_number),
@@ -132,11 +135,15 @@ def _folder(own: dict[str, object], key: str) -> str:
     return value
 
 
-def _measured(own: dict[str, object], base_number: int | None) -> bool:
-    """`base_measured`, which needs its row."""
-    measured = _flag(own, "base_measured")
-    if measured and not base_number:
-        raise CellError("base_measured is true without a row of BASE_DATA", hint="add base_number, from 1")
+def _measured(own: dict[str, object], what: str, number: int | None) -> bool:
+    """`base_measured` or `load_measured`, which need their row."""
+    measured = _flag(own, f"{what}_measured")
+    if measured and not number:
+        hint = f"add {'base' if what == 'base' else 'tool'}_number, from 1"
+        raise CellError(f"{what}_measured is true without a row of {what.upper()}_DATA", hint=hint)
+    if measured and what == "load" and own.get("numbering", "bas") != "bas":
+        hint = "leave numbering out, or load_measured"
+        raise CellError("load_measured is true, but numbering does not activate the load with the tool", hint=hint)
     return measured
 
 

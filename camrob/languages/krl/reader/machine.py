@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -43,12 +43,18 @@ class KrlMachine:
         self.statements: Counter[str] = Counter()
         self.findings: list[Finding] = []
         self.actions: list[ProgramAction] = []
+        self._unsaid: list[tuple[ProgramFrame, Finding]] = []
         self.frames: dict[str, list[ProgramFrame]] = {"tool": [], "base": []}
         self._places: dict[tuple[str, FrameKind, bytes, str], int] = {}
         for name in self.frames:
             self.set_frame(name, Unknown("never set"))
         for name, axes in (("$POS_ACT", False), ("$AXIS_ACT", True)):
             self.variables.asked[name] = partial(self._where, name, axes)
+
+    def said(self, used: Sequence[ProgramFrame]) -> list[Finding]:
+        """All findings; a frame that isn't known is one where a motion uses it, not where the program sets another before."""
+        unsaid = [finding for frame, finding in self._unsaid if any(frame is one for one in used)]
+        return [*self.findings, *unsaid]
 
     def find(self, code: str, text: str, line: int, severity: Severity = Severity.WARNING) -> None:
         """Notes a finding."""
@@ -289,6 +295,7 @@ class KrlMachine:
     def set_frame(self, name: str, value: Value, text: str = "", line: int = 0) -> None:
         """Makes a frame the current tool or base."""
         mechanism = isinstance(value, Mechanism)
+        unsaid = ""
         inner: Value = value.frame if isinstance(value, Mechanism) else value
         fields = inner.fields if isinstance(inner, Aggregate) else {}
         numbers = [fields.get(c, Unknown(c)) for c in _FRAME]
@@ -298,16 +305,15 @@ class KrlMachine:
         else:
             what = text or (inner.text if isinstance(inner, Unknown) else "")
             frame = ProgramFrame(FrameKind.UNKNOWN, np.full(6, np.nan), shown(what, 200))
-            if line:
-                self.find(
-                    f"{name}-unknown", f"${name.upper()} is set to {shown(what)}, which is not in the program", line
-                )
+            unsaid = f"${name.upper()} is set to {shown(what)}, which is not in the program" if line else ""
         known = self.frames[name]
         same = "" if frame.kind is FrameKind.LITERAL else frame.text
         key = (name, frame.kind, (frame.xyzabc + 0.0).tobytes(), same)  # -0.0 is 0.0
         index = self._places.setdefault(key, len(known))
         if index == len(known):
             known.append(frame)
+        if unsaid:
+            self._unsaid.append((known[index], Finding(f"{name}-unknown", unsaid, line=line)))
         setattr(self.rows.modal, name, index)
 
 

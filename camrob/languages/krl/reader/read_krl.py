@@ -110,7 +110,7 @@ class _Reader:
             bases=bases,
             statements=machine.statements,
             settings=run_settings(machine.variables.shared),
-            findings=tuple(collapse(machine.findings)),
+            findings=tuple(collapse(machine.said((*tools, *bases)))),
             language="krl",
             turning=Turning.SIGNS,
             **columns,
