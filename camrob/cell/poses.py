@@ -171,6 +171,10 @@ def _header(cell: Cell, names: list[str], path: Path, line: int) -> list[str]:
     roll = ("q_roll_rad",) if cell.indices(Role.ROLL) else ()
     known = (*_TEXTS, *_axis_columns(cell), *_q_columns(cell), *roll, *_PLACE, *_TURN, *_AXIS, "inv_kf", "S", "T")
     for k, name in enumerate(names):
+        for other, word in ((";", "semicolons"), ("\t", "tabs")):
+            if len(names) == 1 and other in name:
+                hint = "separate columns by commas, and write decimals with a point"
+                raise CellError(f"separates columns by {word}", hint=hint, path=path, line=line)
         if name not in known:
             raise CellError(
                 f"{name[:40]!r} is not a column for this cell", hint=f"use {', '.join(known)}", path=path, line=line
@@ -189,7 +193,9 @@ def _row(header: list[str], cells: list[str], path: Path, line: int) -> _Row:
     """One row's numbers."""
     if len(cells) != len(header):
         what = f"has {len(cells)} columns where the first line has {len(header)}"
-        raise CellError(what, hint="correct that line", path=path, line=line)
+        commas = len(cells) > len(header)
+        hint = "where decimals are written with commas, write points" if commas else "correct that line"
+        raise CellError(what, hint=hint, path=path, line=line)
     entries = {name: entry.strip() for name, entry in zip(header, cells, strict=True)}
     row = _Row(line, entries["name"], {})
     if not row.name:

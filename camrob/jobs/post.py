@@ -26,6 +26,7 @@ from camrob.jobs.release.attempt import Asked, Made, Order, fit
 from camrob.jobs.release.beside import manifest_of
 from camrob.jobs.release.price_bound import bound_finding, price_bound
 from camrob.jobs.release.refusal import as_hurried, as_planned, past_limit
+from camrob.jobs.release.release import cause_first
 from camrob.jobs.release.second_side import asking_for_clampings
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
@@ -187,7 +188,7 @@ def _posted(asked: Asked, clamping: str | None, staged: ExitStack, out: Path, wa
     try:
         made = _first_free(order, inputs, folder, watch)
     except JobError as error:
-        raise asking_for_clampings(error, inputs) from None
+        raise asking_for_clampings(cause_first(error, inputs), inputs) from None
     programs = _with_entries(order, made, machine, folder, watch)
     files = [*programs, f"{title}.json", f"{title}.path.npz", *([f"{title}.html"] if asked.report else [])]
     _save_path(folder / f"{title}.path.npz", made)

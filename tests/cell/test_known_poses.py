@@ -161,6 +161,15 @@ BAD_FILES = [
     (POSES.replace("tool_z_x", "inv_kf", 1), ":1: the column inv_kf appears twice; leave one"),
     (without_columns("c_deg"), ":1: the column c_deg is missing; give name, x_mm, y_mm, z_mm, a_deg, b_deg, c_deg"),
     (POSES + "more,1,2\n", ":15: has 3 columns where the first line has 32; correct that line"),
+    (
+        POSES + f"more{',0,5' * 20}\n",
+        ":15: has 41 columns where the first line has 32; where decimals are written with commas",
+    ),
+    (
+        POSES.replace(",", ";"),
+        ":1: separates columns by semicolons; separate columns by commas, and write decimals with a point",
+    ),
+    (POSES.replace(",", "\t"), ":1: separates columns by tabs"),
     (with_cell("A1_deg", "zero"), ":2: pose 'home' has 'zero' as A1_deg; give a finite number, or leave it empty"),
     (with_cell("A1_deg", "nan"), ":2: pose 'home' has 'nan' as A1_deg"),
     (with_cell("x_mm", "1e999"), ":2: pose 'home' has '1e999' as x_mm"),

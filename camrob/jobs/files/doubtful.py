@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
-from camrob.cell.setup import Setup
+from camrob.cell.setup import Setup, ToolSetup
 from camrob.findings import Finding
 from camrob.toolpath.toolpath import Toolpath
 from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_to_m
@@ -20,6 +20,9 @@ _SLOW = deg_to_rad(10.0)  # a second: the slowest axes of the heaviest arms make
 _METRES = mm_to_m(20.0)  # of way, and a second: no track is as short, or as slow
 _MOST_ACCELERATION = 100.0  # m/s2: ten times what the fastest arms reach
 _LEAST_CLEARANCE = mm_to_m(1.0)  # that somebody lifts a tool by
+_LEAST_REACH = mm_to_m(3.0)  # from the plate to a tip: what is nearer, and no zero, is in metres
+_REVERSED = -0.5  # cosine between a tool's z and the way from its tip to the plate: an angle head's is hardly below 0
+_WIDE = 2.0  # m: in mm such a path were 80 wide, as most are
 
 
 def doubtful_cell(cell: Cell, setup: Setup) -> tuple[Finding, ...]:
@@ -65,7 +68,12 @@ def _load(cell: Cell, setup: Setup) -> Iterator[Finding]:
 
 
 def doubtful_setup(setup: Setup, toolpath: Toolpath) -> Iterator[Finding]:
-    """A clearance in metres, and rapids slower than every cut."""
+    """A path that is in mm and read as inches, a tool's frame in metres or the wrong way round, a clearance in metres, and rapids
+    slower than every cut.
+    """
+    yield from _inches(toolpath)
+    for tool in setup.tools:
+        yield from _tool_frame(tool)
     if setup.clearance is not None and 0.0 < setup.clearance < _LEAST_CLEARANCE:
         clearance = float(m_to_mm(setup.clearance))
         text = f"clearance_mm = {clearance:.4g} of the set-up looks like metres: it is in mm"
@@ -79,3 +87,31 @@ def doubtful_setup(setup: Setup, toolpath: Toolpath) -> Iterator[Finding]:
             " the least): it is in mm a minute"
         )
         yield Finding("slow-rapids", text, value=rapid, unit="mm/min")
+
+
+def _inches(toolpath: Toolpath) -> Iterator[Finding]:
+    """A path wider than parts are that somebody draws in inches."""
+    points = [np.asarray(r.position) for r in toolpath.regions if len(r)]
+    width = float(np.ptp(np.concatenate(points), axis=0).max()) if points else 0.0
+    if toolpath.units == "inch" and width >= _WIDE:
+        text = f"read as inches the path is {m_to_mm(width):.0f} mm wide, so it may be in mm (--units mm)"
+        yield Finding("path-in-inches", text, value=float(m_to_mm(width)), unit="mm")
+
+
+def _tool_frame(tool: ToolSetup) -> Iterator[Finding]:
+    """A `flange_to_tool` whose tip lies in the plate, or whose z leads on from the tip instead of back."""
+    tip, z = np.asarray(tool.flange_T_tool)[:3, 3], np.asarray(tool.flange_T_tool)[:3, 2]
+    reach = float(np.linalg.norm(tip))
+    name = f"tool {tool.name!r}" if tool.name else "the tool"
+    if 0.0 < reach < _LEAST_REACH:
+        given = ", ".join(f"{v:.4g}" for v in m_to_mm(tip).tolist())
+        text = (
+            f"flange_to_tool = [{given}, ...] of {name} looks like metres: X, Y, Z are in mm from the plate to the tip"
+        )
+        yield Finding("tool-frame-in-metres", text, value=float(m_to_mm(reach)), unit="mm")
+    elif reach > 0.0 and float(-tip @ z) < _REVERSED * reach:
+        text = (
+            f"the z of {name} (flange_to_tool) points on from the tip, away from the plate, and has to point back to the holder "
+            "as i, j, k of the CL data do: turn it round, by 180 degrees about its X"
+        )
+        yield Finding("tool-reversed", text)

@@ -30,6 +30,8 @@ _ANOTHER = mm_to_m(0.1)  # by which a worn or reground tool may differ from the 
 _SINKS = mm_to_m(1.0)  # into a table: a drawing's rounding, a T-nut's play
 _RAYS, _FINEST = 400, mm_to_m(0.25)  # across a stock, and no finer
 _IN_STOCK = 0.02  # of the cuts: where fewer are near the stock, it lies elsewhere or is of another size
+_INCH, _METRE = 25.4, 1000.0  # mm
+_FILLS, _ROOM = 0.5, 0.1  # of a stock's width: what cuts take of it at the least, and may pass it by
 
 Array = NDArray[np.float64]
 
@@ -38,8 +40,8 @@ def taken_for_granted(
     cell: Cell, setup: Setup, toolpath: Toolpath, stock: Array | None = None, part: Array | None = None
 ) -> tuple[Finding, ...]:
     """No set-up, a base that nobody states, numbers in another unit by the look of them, another tool than the file's, no bodies
-    to collide with, a stock that the path doesn't meet, rapids into it, a part below the table's top. stock, part: (T, 3, 3) m,
-    triangles in the CL data's frame.
+    to collide with, a stock or part that the path doesn't meet, or of another unit, rapids into it, a part beside the table or
+    below its top. stock, part: (T, 3, 3) m, triangles in the CL data's frame.
     """
     found = [
         _no_setup(cell, setup),
@@ -48,7 +50,10 @@ def taken_for_granted(
         *(_short(tool) for tool in setup.tools),
         *(_another(setup, tool) for tool in toolpath.tools),
         _no_bodies(cell),
-        None if stock is None else _apart(toolpath, stock),
+        None if stock is None else _apart(toolpath, stock, "stock"),
+        None if part is None else _apart(toolpath, part, "part"),
+        None if stock is None else _too_large(toolpath, stock),
+        _beside(cell, setup, toolpath, [mesh for mesh in (stock, part) if mesh is not None]),
         None if stock is None else _rapids(setup, toolpath, stock),
         *(_sunk(cell, setup, what, mesh) for what, mesh in (("stock", stock), ("part", part)) if mesh is not None),
     ]
@@ -96,10 +101,55 @@ def _another(setup: Setup, tool: Tool) -> Finding | None:
     return Finding("another-tool", text)
 
 
-def _apart(toolpath: Toolpath, stock: Array) -> Finding | None:
-    """A stock that hardly any cut comes near to: of another unit, or placed elsewhere."""
+def _cuts(toolpath: Toolpath) -> Array:
+    """(K, 3) m, the points of all cuts, in the CL data's frame."""
     cuts = [np.asarray(r.position)[r.cutting] for r in toolpath.regions if len(r)]
-    points = np.concatenate(cuts) if cuts else np.zeros((0, 3))
+    return np.concatenate(cuts) if cuts else np.zeros((0, 3))
+
+
+def _too_large(toolpath: Toolpath, stock: Array) -> Finding | None:
+    """A stock that the cuts would fit if it were read in a smaller unit."""
+    points = _cuts(toolpath)
+    corners = stock.reshape(-1, 3)
+    for factor, unit in ((_INCH, "inches"), (_METRE, "metres")):
+        low, high = corners.min(axis=0) / factor, corners.max(axis=0) / factor
+        room = _ROOM * (high - low).max()
+        inside = np.all((points > low - room) & (points < high + room), axis=1)
+        if not len(points) or not inside.all() or np.ptp(points, axis=0).max() < _FILLS * (high - low).max():
+            continue
+        x, y, z = (f"{v:.0f}" for v in m_to_mm(np.ptp(corners, axis=0)).tolist())
+        text = (
+            f"the stock is {x} by {y} by {z} mm, {factor:g} times what the cuts would fit: its mesh may be in mm and "
+            f"read as {unit} (unit of [stock])"
+        )
+        return Finding("stock-too-large", text, value=factor)
+    return None
+
+
+def _beside(cell: Cell, setup: Setup, toolpath: Toolpath, bodies: list[Array]) -> Finding | None:
+    """Part and stock, or else all cuts, wholly beside the plate that they ought to lie on."""
+    plate = table_plate(cell)
+    points = np.concatenate([mesh.reshape(-1, 3) for mesh in bodies]) if bodies else _cuts(toolpath)
+    if plate is None or not len(points):
+        return None
+    base_T_part = np.asarray(setup.base_T_part)
+    corners = np.array(np.meshgrid(*np.stack([points.min(axis=0), points.max(axis=0)]).T)).reshape(3, -1).T
+    there = corners @ base_T_part[:3, :3].T + base_T_part[:3, 3]
+    middle = there.mean(axis=0, keepdims=True)
+    half = 0.5 * float(np.linalg.norm(np.ptp(there[:, :2], axis=0)))  # round the middle, whichever way it lies
+    off = plate.beyond(middle) - half
+    if off <= 0.0:
+        return None
+    text = (
+        f"the {'part' if bodies else 'path'} lies beside {plate.name}, {m_to_mm(off):.0f} mm at least beyond its edge: "
+        "check X and Y of part_in_base, mm in base"
+    )
+    return Finding("part-off-table", text, value=float(m_to_mm(off)), unit="mm")
+
+
+def _apart(toolpath: Toolpath, stock: Array, what: str) -> Finding | None:
+    """A stock or part that hardly any cut comes near to: of another unit, or placed elsewhere."""
+    points = _cuts(toolpath)
     low, high = stock.reshape(-1, 3).min(axis=0), stock.reshape(-1, 3).max(axis=0)
     room = max((t.diameter for t in toolpath.tools), default=0.0)
     near = int(np.count_nonzero(np.all((points > low - room) & (points < high + room), axis=1)))
@@ -110,10 +160,10 @@ def _apart(toolpath: Toolpath, stock: Array) -> Finding | None:
         for lo, up in ((low, high), (points.min(axis=0), points.max(axis=0)))
     )
     text = (
-        f"{near} of {len(points)} points of the cuts lie near the stock (X {x}, Y {y}, Z {z} mm; the cuts: X {path_x}, "
+        f"{near} of {len(points)} points of the cuts lie near the {what} (X {x}, Y {y}, Z {z} mm; the cuts: X {path_x}, "
         f"Y {path_y}, Z {path_z}): check the unit of its mesh, and that its origin is the CL data's"
     )
-    return Finding("stock-apart", text, count=len(points) - near)
+    return Finding(f"{what}-apart", text, count=len(points) - near)
 
 
 def _rapids(setup: Setup, toolpath: Toolpath, stock: Array) -> Finding | None:

@@ -33,6 +33,7 @@ from camrob.units import m_to_mm
 
 __all__ = [
     "ReadBack",
+    "cause_first",
     "check_release",
     "cover_toolpath",
     "hold_to_tool",
@@ -45,9 +46,15 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _CAUSES = (
+    "path-in-inches",
     "part-in-metres",
+    "part-off-table",
     "tool-in-metres",
+    "tool-frame-in-metres",
+    "tool-reversed",
     "stock-apart",
+    "stock-too-large",
+    "part-apart",
     "clearance-in-metres",
     "limit-unit",
     "part-in-table",
@@ -273,6 +280,18 @@ def _close_to_limits(back: ReadBack, inputs: JobInputs, *, planned: bool) -> lis
 def _index(finding: Finding) -> str:
     """The region of a finding for `named_region`."""
     return str(finding.region) if finding.region >= 0 else ""
+
+
+def cause_first(error: JobError, inputs: JobInputs) -> JobError:
+    """The same error with what its cause may be in front: what the reader has to look at before all symptoms."""
+    found = sorted((f for f in inputs.urgent if f.code in _CAUSES), key=lambda f: _CAUSES.index(f.code))
+    causes = [f.text for f in found]
+    if not causes:
+        return error
+    what = error.what
+    for text in causes:
+        what = what.replace(f"; {text}", "")
+    return error.but("; ".join([*causes, what]))
 
 
 def named_region(error: JobError, inputs: JobInputs) -> JobError:

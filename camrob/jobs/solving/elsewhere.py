@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 
 # m that the part is moved by along each axis: what clamping and a table leave
 _FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
-_WIDE = 2.0  # m: in mm such a path were 80 wide, as most are
 _PLANS = 2  # of them for which a plan is made where the published method follows none: some seconds each
 _TRIALS = 4  # placements, the nearest first, on which the path is followed: half a second each on a thinned path
 
@@ -71,11 +70,8 @@ def _plan_here(inputs: JobInputs) -> tuple[str, bool]:
 
 
 def _inches(inputs: JobInputs) -> str:
-    """A doubt about units, where the path is wider than parts are that somebody draws in inches."""
-    width = float(np.ptp(inputs.path.base_T_tip[inputs.path.of_toolpath, :3, 3], axis=0).max(initial=0.0))
-    if inputs.toolpath.units != "inch" or width < _WIDE:
-        return ""
-    return f"read as inches the path is {m_to_mm(width):.0f} mm wide, so it may be in mm (--units mm)"
+    """The doubt about units, where the path is wider than parts are that somebody draws in inches."""
+    return next((f.text for f in inputs.urgent if f.code == "path-in-inches"), "")
 
 
 def _upside_down(inputs: JobInputs) -> str:
