@@ -21,6 +21,7 @@ __all__ = ["render_post", "render_summary"]
 _MOST_WARNINGS = 20  # a screen's height; the report has all
 _MOST_REGIONS = 12  # half a screen's height; the report has all
 _NEAREST = 3  # axes shown with their margin
+_SOLVED_MM = 1e-4  # off a point, below which nobody wants to know by how much
 
 
 def _warnings(warnings: Sequence[Remark]) -> Iterator[RenderableType]:
@@ -109,8 +110,9 @@ def render_post(summary: PostSummary) -> RenderableType:
     travel = ((shown_number(value), *key.partition("_")) for key, value in summary.external_travel.items())
     moved = ", ".join(f"{axis} {value} {unit}" for value, axis, _, unit in travel) or "-"
     grid.add_row("External axes", f"travel {moved}")
-    off = shown_number(summary.tracking.position_error_mm_max, 4)
-    grid.add_row("Tracking", f"at most {off} mm before rounding")
+    left = summary.tracking.position_error_mm_max
+    off = f"at most {shown_number(left, 4)}" if left >= _SOLVED_MM else f"less than {_SOLVED_MM:.4f}"
+    grid.add_row("Solved", f"{off} mm off the path, before rounding")
     error = shown_number(verified.position_error_mm_max, 4)
     grid.add_row(
         "Verified" if summary.witness.complete else "Verified in part",
