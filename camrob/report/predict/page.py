@@ -30,6 +30,7 @@ _TURN = (
     "the colour of its end.</p>"
 )
 _ALIKE = 0.05  # of itself: a range narrower than this is not worth a sentence
+_CANCELS = 1.5  # times the whole error: a cause that much larger is not most of it
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
 
 
@@ -94,7 +95,10 @@ def _cards(summary: PredictSummary) -> str:
         ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band; narrower at half of the points"),
     ]
     if first:
-        cards.append(("Most of it", escape(_words(first)), f"{summary.causes[first]:.3f} mm rms"))
+        size = summary.causes[first]
+        cancels = size > _CANCELS * summary.rms_mm  # a correction does, with what it is made for
+        head, rest = ("Largest by itself", "; causes take each other off") if cancels else ("Most of it", "")
+        cards.append((head, escape(_words(first)), f"{size:.3f} mm rms{rest}"))
     if summary.part is not None:
         deepest = summary.part.gouges[:1]
         where = f"line {deepest[0].line} of the program" if deepest else f"held to {escape(summary.part.mesh)}"
