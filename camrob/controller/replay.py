@@ -88,7 +88,7 @@ class Replay:
 
 
 def _several_tools(program: ProgramText) -> ProgramError:
-    hint = "give the operations of each tool by themselves"
+    hint = "post the operations of each tool from a CL file of their own, and give those programs one by one"
     return ProgramError("sets more than one tool frame", hint=hint, path=program.files[0])
 
 

@@ -141,12 +141,12 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     language = language_of_file(program)
     machine = cell_for("simulate", asked.cell)
     text = language.read(program, machine.controller_section)
+    tooled, findings = program_cell(text, machine)  # of several tools none can be taken, whatever the set-up has
     found = None if asked.calibration is None else read_calibration(asked.calibration, machine)
     held = setup_for(program, asked.setup, machine)
     cutter, stock = cutter_for(held), stock_of(held, mm_to_m(asked.pitch_mm))
     units, rest = diagnosed(diagnosis, found, asked.cell, machine)
     pushes = None if asked.force is None else read_force(asked.force)
-    tooled, findings = program_cell(text, machine)
     ran = run(text, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     programmed = _programmed(
         text if asked.meant is None else language.read(asked.meant, machine.controller_section), asked, machine

@@ -13,10 +13,13 @@ from scipy.spatial.transform import Rotation
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
 from camrob.cell.read_cell import frame_of, read_cell
+from camrob.cell.read_setup import read_setup
 from camrob.controller.replay import replay
 from camrob.errors import CamrobError, JobError, ProgramError, SetupError, VerificationError
 from camrob.jobs.place import place
 from camrob.jobs.post import PostResult
+from camrob.jobs.predict import predict
+from camrob.jobs.predicting.removal import cutter_for
 from camrob.jobs.simulate import simulate
 from camrob.jobs.verify import verify
 from camrob.kinematics.frames import world_T_base
@@ -290,7 +293,7 @@ def test_the_run_on_the_ideal_controller_is_one_log_with_each_tool_at_its_time(
     made: PostResult, tmp_path: Path
 ) -> None:
     """The tip of every row is where Pinocchio has it for the row's axes, with the tool that the text sets there."""
-    folder = cell_with(made.out, POSE)
+    folder = cell_with(tmp_path, POSE)
     result = simulate(made.out / "part.src", cell=folder, out=tmp_path / "run.csv", report=tmp_path / "run.html")
     cell, log = read_cell(folder), result.simulation.log
     text = read_program(made.out / "part.src")
@@ -310,3 +313,14 @@ def test_the_run_on_the_ideal_controller_is_one_log_with_each_tool_at_its_time(
     blocks = result.summary.blocks
     judged = verify(made.out / "part.src", cell=folder, manifest=False).summary.replay
     assert judged is not None and judged.blocks == blocks
+
+
+def test_a_prediction_of_several_tools_says_what_to_do(made: PostResult, tmp_path: Path) -> None:
+    """It asked for the number of a tool that was there."""
+    folder = cell_with(tmp_path, POSE)
+    (tmp_path / "setup.toml").write_text(TWO_TOOLS)
+    known = {"cell": folder, "out": tmp_path / "out", "setup": tmp_path / "setup.toml"}
+    with pytest.raises(ProgramError, match=r"more than one tool frame; post the operations of each tool"):
+        predict(made.out / "part.src", **known)
+    with pytest.raises(SetupError, match=r"sets up several tools.*own tool alone"):
+        cutter_for(read_setup(tmp_path / "setup.toml", read_cell(folder)))

@@ -54,6 +54,9 @@ def setup_for(program: Path, setup: Path | None, machine: Cell) -> Setup:
 
 def cutter_for(setup: Setup) -> Cutter:
     """The set-up's one cutter. Raises SetupError where it does not say what its shape is."""
+    if len(setup.tools) > 1:
+        what = "sets up several tools, and the program is taken to be made with one"
+        raise SetupError(what, hint="give --setup a set-up that has the program's own tool alone", path=setup.path)
     cutter = cutter_of(setup.tool(), setup)
     if cutter is None:
         what = "does not say the cutter's shape"
