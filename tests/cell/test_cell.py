@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -410,3 +411,23 @@ def test_missing_cells(tmp_path, path):
     with pytest.raises(CellError) as caught:
         read_cell(str(tmp_path / path))
     assert "\n" not in str(caught.value)
+
+
+KR15_FOLDER = Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table"
+
+
+def test_limits_may_say_of_each_number_where_it_is_from(tmp_path) -> None:
+    """As the cell's page shows it: the ranges of a data sheet beside accelerations that nobody knows."""
+    shutil.copytree(KR15_FOLDER, tmp_path / "cell")
+    readme = (tmp_path / "cell" / "README.md").read_text(encoding="utf-8")
+    shown = re.search(r"`(limits = \{ range_deg = .*standing = .*\})`;", readme)[1]
+    file = tmp_path / "cell" / "cell.toml"
+    text, count = re.subn(
+        r"limits = \{ range_deg = \[-185, 185\][^}]*\}", shown, file.read_text(encoding="utf-8"), count=1
+    )
+    file.write_text(text, encoding="utf-8")
+    before, after = (read_cell(f) for f in (KR15_FOLDER, tmp_path / "cell"))
+    assert count == 1
+    for axis in ("A1", "A2"):
+        i = before.index(axis)
+        assert (before.joints[i].lower, before.joints[i].speed) == (after.joints[i].lower, after.joints[i].speed)
