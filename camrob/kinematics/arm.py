@@ -18,7 +18,7 @@ from camrob.cell.joint import Role
 from camrob.compiled import kernel, part
 from camrob.kinematics.frames import base_T_root
 from camrob.kinematics.kernels import ChainArrays, chain_arrays, forward, jacobian
-from camrob.kinematics.screw_arm import ScrewArm, solve_screws, solve_screws_many
+from camrob.kinematics.screw_arm import OFFSET, ScrewArm, solve_screws, solve_screws_many
 from camrob.kinematics.screw_families import screw_arm
 from camrob.kinematics.spherical_wrist import (
     BRANCH_OK,
@@ -133,8 +133,13 @@ class Arm:
 
     @property
     def searched(self) -> bool:
-        """Whether postures are searched for from many starts, so that none found is no proof that there is none."""
+        """Whether postures are searched for from many starts, for want of a closed form or a neighbour's."""
         return self.closed is None and self.screws is None
+
+    @property
+    def proves(self) -> bool:
+        """Whether all postures of a pose are found for certain, so that none found is a proof that there is none."""
+        return self.closed is not None or (self.screws is not None and self.screws.family != OFFSET)
 
     def _solutions(self, foot_T_tool: Array, near: Array) -> list[Array]:
         """Postures (6,) whatever the limits."""

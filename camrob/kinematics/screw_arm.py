@@ -1,12 +1,13 @@
 """Closed-form inverses of six-axis arms beyond `spherical_wrist`: all postures, from the arm's screw axes alone.
 
-Two families, each also read from the tool back to the foot (the screws in reverse order, their senses turned round):
+Three families, each also read from the tool back to the foot (the screws in reverse order, their senses turned round):
 
     wrist       the last three axes meet in a point, whatever the first three are: the point's place gives the first three (a
                 quadratic in cosine and sine of the third angle, Pieper 1968; where the first two axes meet or are parallel it
                 falls apart into cones), the rotation left over the last three. Read backwards: an arm whose first three meet.
     parallel    axes 2, 3 and 4 are parallel (Universal Robots): what they can't change, the component along them of a point of
                 the sixth axis and of its direction, gives the first and the fifth, then the sixth, then a planar arm of three.
+    offset      axes 4 and 5 meet, and the sixth lies anywhere: one equation in the sixth angle, searched (`offset_wrist`).
 
 Rows are branches: each posture stands where it stood a little before along a path. The two angles of a cone keep their order;
 the four of a quartic are told apart by `lasting_angles`, provably but for which of two of one kind is which, where an arm is
@@ -24,18 +25,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.compiled import kernel, part
+from camrob.kinematics.offset_wrist import by_offset
 from camrob.kinematics.screw_motion import polish, put_back
 from camrob.kinematics.spherical_wrist import BRANCH_OK, BRANCH_OUT_OF_REACH
 from camrob.kinematics.subproblems import cone, dot, nearest_turn, rotate, triple, turn_between
 from camrob.kinematics.three_axes import closest, first_three
 from camrob.kinematics.trig_quartic import lasting_angles, square_onto
 
-__all__ = ["PARALLEL", "WRIST", "ScrewArm", "solve_screws", "solve_screws_many"]
+__all__ = ["OFFSET", "PARALLEL", "WRIST", "ScrewArm", "solve_screws", "solve_screws_many"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-WRIST, PARALLEL = 1, 2
+WRIST, PARALLEL, OFFSET = 1, 2, 3  # families, by a number that compiled code can compare
 _NONE = 1e-9  # of the lengths that it is a product of, within which a determinant is none
 _SINGULAR = 1e-9  # sine below which two axes are one
 _SAME = 1e-7  # rad within which two postures are one
@@ -246,6 +248,8 @@ def solve_screws(arm: ScrewArm, R: Array, p: Array, near: Array, Q: Array, why: 
         close[i] = near[5 - i] if arm.mirrored else near[i]
     if arm.family == WRIST:
         _by_wrist(arm.h, arm.o, M, d, close, rows, there)
+    elif arm.family == OFFSET:
+        by_offset(arm.h, arm.o, M, d, close, rows, there)
     else:
         _by_parallels(arm.h, arm.o, M, d, close, rows, there)
     for k in range(why.shape[0]):

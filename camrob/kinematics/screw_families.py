@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.kinematics.screw_arm import PARALLEL, WRIST, ScrewArm, solve_screws_many
+from camrob.kinematics.screw_arm import OFFSET, PARALLEL, WRIST, ScrewArm, solve_screws_many
 from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.se3 import inverse
 
@@ -40,20 +40,22 @@ def screw_arm(h: Array, o: Array, foot_T_tool: Array) -> ScrewArm | None:
 
     An arm that misses a family by up to 0.02 m and rad (calibrated, or built so) has the postures of the arm that doesn't miss
     it, continued to its own by Newton's method; where one is lost so, at the border of what the arm reaches, it is not found.
-    A family is only believed once it has given back each of two dozen postures that it was asked for.
+    A family is only believed once it has given back each of two dozen postures that it was asked for; one that is continued
+    so or searched, most of them.
     """
     tool_T_foot = np.ascontiguousarray(inverse(np.asarray(foot_T_tool, float)))
     h, o = np.array(h, float), np.array(o, float)
-    for near in _NEAR:
-        for mirrored in (False, True):
-            axes, points = (-h[::-1].copy(), o[::-1].copy()) if mirrored else (h, o)
-            for family in (WRIST, PARALLEL):
-                drawn = _met(family, axes, points, near)
-                if drawn is None:
-                    continue
-                arm = ScrewArm(family, mirrored, *drawn, axes.copy(), points.copy(), tool_T_foot)
-                if _gives_back(arm, h, o, np.asarray(foot_T_tool, float)):
-                    return arm
+    for families in ((WRIST, PARALLEL), (OFFSET,)):
+        for near in _NEAR:
+            for mirrored in (False, True):
+                axes, points = (-h[::-1].copy(), o[::-1].copy()) if mirrored else (h, o)
+                for family in families:
+                    drawn = _met(family, axes, points, near)
+                    if drawn is None:
+                        continue
+                    arm = ScrewArm(family, mirrored, *drawn, axes.copy(), points.copy(), tool_T_foot)
+                    if _gives_back(arm, h, o, np.asarray(foot_T_tool, float)):
+                        return arm
     return None
 
 
@@ -67,6 +69,13 @@ def _met(family: int, h: Array, o: Array, near: float) -> tuple[Array, Array] | 
             if np.linalg.norm(np.cross(mean, h[i])) > near:
                 return None
             h[i] = np.sign(h[i] @ mean) * mean
+        return h, o
+    if family == OFFSET:
+        across = np.cross(h[3], h[4])
+        sine = np.linalg.norm(across)
+        if sine < _LEAST_SINE or abs(across @ (o[4] - o[3])) > near * sine:
+            return None
+        o[4] -= (across @ (o[4] - o[3])) / (sine * sine) * across
         return h, o
     across = np.eye(3) - h[3:, :, None] * h[3:, None, :]
     if min(np.linalg.norm(np.cross(h[3], h[4])), np.linalg.norm(np.cross(h[4], h[5]))) < _LEAST_SINE:
@@ -93,5 +102,5 @@ def _gives_back(arm: ScrewArm, h: Array, o: Array, foot_T_tool: Array) -> bool:
     poses = np.ascontiguousarray(screw_displacement(h, o, angles) @ foot_T_tool)
     Q, why = solve_screws_many(arm, poses, angles)
     off = np.where(why == BRANCH_OK, np.abs(Q - angles[:, None]).max(axis=2), np.inf).min(axis=1)
-    exact = np.array_equal(arm.h, arm.true_h) and np.allclose(arm.o, arm.true_o)
+    exact = arm.family != OFFSET and np.array_equal(arm.h, arm.true_h) and np.allclose(arm.o, arm.true_o)
     return bool(np.all(off < _GIVEN_BACK)) if exact else bool(np.mean(off < _GIVEN_BACK) > _CONTINUED)

@@ -34,8 +34,9 @@ def _evidence(cell: Cell, arm: Arm, base_T_tip: Array, miss: Miss) -> str:
         return f"proved: {m_to_mm(beyond):.0f} mm at least beyond the stretched arm{_wherever(cell)}{nearer}"
     if arm.searched:
         known = f"searched from {STARTS} starts{where}, which is not a proof"
-    elif miss.axes:
-        known = f"searched, not proved: all branches by closed form{where}, and on from the nearest"
+    elif miss.axes or not arm.proves:
+        branches = "all branches by closed form" if arm.proves else "the branches round the last axis"
+        known = f"searched, not proved: {branches}{where}" + (", and on from the nearest" if miss.axes else "")
     else:
         known = "proved: all branches by closed form"
     if miss.q is None:
