@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from summary_samples import diagnosis_summary, effect_found
 
 from camrob.report.diagnosis.head import head_lines, too_large
+from camrob.report.diagnosis.next_section import next_words
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 UNKNOWN: dict[str, Any] = {
@@ -97,7 +99,7 @@ def test_causes_that_move_the_tool_by_more_than_the_gap_are_said_to_cancel() -> 
     ("moves", "odd", "words"),
     [
         ({"A3": 0.2, "A2": 0.05}, ["A3"], "A3 stands out (0.200 mm; A2, the next, 0.050 mm)"),
-        ({"A3": 0.2, "A2": 0.19}, [], "none of A3 and A2 stands out"),
+        ({"A3": 0.2, "A2": 0.19}, [], "A3 and A2 about alike"),
         ({"A3": 0.9, "A2": 0.9}, [], "which of A3 and A2, these logs don't tell: they cancel in part"),
     ],
 )
@@ -193,3 +195,16 @@ def test_a_name_that_is_hardly_likely_comes_behind_what_has_none() -> None:
 def test_warmth_that_has_no_axis_is_placed_at_none() -> None:
     warm = effect_found("thermal_drift", [], {"expansion": 0.1}, axis_moves_mm={"A4": 0.2}, stands_out=["A4"])
     assert "A4" not in said(warm)["Where"]
+
+
+def test_where_there_is_no_gap_nothing_is_to_be_run() -> None:
+    """A technician read "no gap", "nothing" and a run that isolates what is unexplained on one page."""
+    summary = diagnosis_summary(
+        effects=[], status="no gap", unknown=UNKNOWN, within={"encoder_to_tcp": "tolerance"}, next_experiment="Run A2."
+    )
+    assert dict(head_lines(summary))["Do first"] == "Nothing."
+    assert (
+        next_words(summary)
+        == "None is needed. Who wants to know where what is within the tolerance comes from: run A2."
+    )
+    assert next_words(replace(summary, status="unexplained")) == "Run A2."

@@ -31,7 +31,7 @@ EFFECT = Effect(
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment=(
-        "measure three or more far corners of the work space with the table at 0 and the tool's orientation kept: "
+        "measure three or more far corners of the work space with external axes at rest and the tool's orientation kept: "
         "one shift and one turn bring all of them back if it is the foot, and don't if it is the arm"
     ),
     remedy=(

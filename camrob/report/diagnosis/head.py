@@ -204,7 +204,7 @@ def _which_axis(entry: EffectFound) -> str:
         return f"{first} stands out ({mm(size)}; {second}, the next, {mm(next_size)})"
     if sqrt(sum(v * v for v in moves.values())) > _MORE * max(entry.moves_mm, 1e-12) * sqrt(2.0):
         return f"which of {_listed(list(moves)[:_MOST])}, these logs don't tell: they cancel in part"
-    return f"none of {_listed(list(moves)[:_MOST])} stands out"
+    return f"{_listed(list(moves)[:_MOST])} about alike"
 
 
 def _unknown_at(summary: DiagnosisSummary) -> str:
@@ -222,7 +222,7 @@ def _unknown_at(summary: DiagnosisSummary) -> str:
 def _first(summary: DiagnosisSummary) -> str:
     """One step, and what is to be left alone until then."""
     if summary.status == "no gap":
-        return "Nothing: run a larger work space if more is to be tested."
+        return "Nothing."
     inside, doubtful = _inside(summary), in_doubt(summary)
     program = [e for e in summary.claimed if only_first(e)]
     t, left = summary.together, _left_alone(summary, doubtful)

@@ -7,9 +7,21 @@ from camrob.report.page.html import escape
 from camrob.report.page.parts import section, table
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, worth_running
 
-__all__ = ["next_section"]
+__all__ = ["next_section", "next_words"]
 
+_LIKELY = 0.5  # of something unknown, from which it is said
 _ENOUGH = 100.0  # sigmas: more of them say no more
+
+
+def next_words(summary: DiagnosisSummary) -> str:
+    """What to run next; where there is no gap, only for who wants to know of what is within it."""
+    text = summary.next_experiment
+    if summary.status != "no gap" or summary.unknown.probability < _LIKELY:
+        return text
+    within = "tolerance" if "tolerance" in summary.within.values() else "noise"
+    return (
+        f"None is needed. Who wants to know where what is within the {within} comes from: {text[:1].lower()}{text[1:]}"
+    )
 
 
 def next_section(summary: DiagnosisSummary) -> str:
@@ -27,7 +39,7 @@ def next_section(summary: DiagnosisSummary) -> str:
     shown = table(("run", what, "sigmas over all its samples"), rows) if rows else ""
     written = None if experiment is None else experiment.written
     note = f"<p>Written as a checked program: {escape(written.file)}.</p>" if written else ""
-    return section("Next experiment", f"<p>{escape(summary.next_experiment)}</p>", shown, note)
+    return section("Next experiment", f"<p>{escape(next_words(summary))}</p>", shown, note)
 
 
 def _sigmas(value: float) -> str:

@@ -163,6 +163,8 @@ def _rest_card(summary: DiagnosisSummary) -> tuple[str, str, str]:
     if unknown.probability < _LIKELY:
         return "stays unexplained", "nothing that shows", chance
     where = withheld_text(summary).partition(" (")[0]
+    if summary.status == "no gap":
+        chance = "within what the log tolerates" if "tolerance" in summary.within.values() else "within its noise"
     return "stays unexplained, rms", escape(mm(unknown.rms_mm)), f"{where}, besides the noise; {chance}"
 
 
@@ -285,8 +287,11 @@ def _residual(summary: DiagnosisSummary, chart: Chart) -> str:
     ]
     text = (
         f"{withheld_text(summary).capitalize()} {mm(left.rms_mm)} rms stay, where {noise_name(summary)} is "
-        f"{mm(left.noise_mm)}; it is {sure(summary.unknown.probability)} sure that something unknown has a part in it."
+        f"{mm(left.noise_mm)}"
     )
+    if summary.status != "no gap":
+        text += f"; it is {sure(summary.unknown.probability)} sure that something unknown has a part in it"
+    text += "."
     if 0.0 < left.structured_mm <= left.rms_mm:
         text += f" {mm(left.structured_mm)} of what remains are correlated from sample to sample."
     text += f" What stays still follows: {', '.join(follows)} of its own energy, not of the gap's." if follows else ""

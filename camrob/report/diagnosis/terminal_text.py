@@ -10,6 +10,7 @@ from rich.text import Text
 
 from camrob.report.diagnosis.drives import drives_texts
 from camrob.report.diagnosis.head import head_lines
+from camrob.report.diagnosis.next_section import next_words
 from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
 from camrob.report.diagnosis.sentences import (
     between,
@@ -107,7 +108,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.standards]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]
-    rows.append(("run next", summary.next_experiment))
+    rows.append(("run next", next_words(summary)))
     last = ""
     for what, text in rows:
         table.add_row("" if what == last else what, shown_text(text))
