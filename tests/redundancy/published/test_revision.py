@@ -173,12 +173,14 @@ def test_a_revision_that_would_lower_the_minimum_is_not_kept(monkeypatch: pytest
     np.testing.assert_array_equal(solution.q, without.q)
 
 
-def test_limits_end_the_program_with_axis_line_and_distance() -> None:
-    """A field that only leaves E1's range would reach: status 3 with the reason, never beyond the limit."""
+def test_limits_end_the_program_with_line_and_reason() -> None:
+    """A field that only leaves E1's range would reach: status 3 with the reason, never beyond the limit. It lies within the
+    stretched arm, so that no distance beyond it is said.
+    """
     far = build_path(CELL, two_sides(), frame_from_xyzabc(np.array([0.0, 0.0, 1.9, 0.0, 0.0, 0.0])), clearance=0.06)
     with pytest.raises(JobError) as error:
         resolve_vjm(CELL, far)
-    assert error.value.line > 0 and "mm" in str(error.value) and error.value.reasons
+    assert error.value.line > 0 and "searched, not proved" in str(error.value) and error.value.reasons
     assert str(error.value).isprintable()
 
 
