@@ -115,10 +115,10 @@ def judged(judge: Judge, weighting: Weighting, revise: bool = True, hold: Iterab
         return judge.merits(weighting, revise=revise)
     locked = np.array([name in hold for name in judge.cell.names])
     out = []
-    for tracker in judge.trackers:
-        tracker.weigh(weighting)
-        tracker.settings = tracker.settings._replace(locked=locked)
-        out.append(followed_merit(tracker, revise=False))
+    for follower in judge.followers:
+        follower.weigh(weighting)
+        follower.settings = follower.settings._replace(locked=locked)
+        out.append(followed_merit(follower, revise=False))
     return out
 
 
