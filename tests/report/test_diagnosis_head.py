@@ -10,6 +10,7 @@ from summary_samples import diagnosis_summary, effect_found
 
 from camrob.report.diagnosis.head import head_lines, too_large
 from camrob.report.diagnosis.next_section import next_words
+from camrob.report.diagnosis.to_do import to_do
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
 UNKNOWN: dict[str, Any] = {
@@ -208,3 +209,16 @@ def test_where_there_is_no_gap_nothing_is_to_be_run() -> None:
         == "None is needed. Who wants to know where what is within the tolerance comes from: run A2."
     )
     assert next_words(replace(summary, status="unexplained")) == "Run A2."
+
+
+def test_a_cause_that_is_hardly_likelier_than_none_is_asked_before_a_gear_is_opened() -> None:
+    """At 60 % a technician would run the axis by itself first; the page sent him to grease and bearings."""
+    hardly = PLAY | {"probability": 0.6}
+    summary = diagnosis_summary(effects=[hardly])
+    first = dict(head_lines(summary))["Do first"]
+    assert first.startswith("Move A2 alone. ") and first.endswith(
+        "Change nothing for backlash of A2 before that is clear."
+    )
+    said = dict(to_do(summary))["backlash of A2 (0.290 mm)"]
+    assert said.startswith("not surely, so first run this: move A2 alone. If it stays: have the play")
+    assert "not surely" not in dict(to_do(diagnosis_summary(effects=[PLAY])))["backlash of A2 (0.290 mm)"]

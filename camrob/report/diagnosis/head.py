@@ -7,7 +7,7 @@ from math import hypot, sqrt
 
 from camrob.report.diagnosis.numbers import beyond_ordinary, fitted, mm, share, sure, to_mm
 from camrob.report.diagnosis.sentences import between, only_first, plain_name
-from camrob.report.diagnosis.to_do import in_doubt
+from camrob.report.diagnosis.to_do import hardly_likelier, in_doubt
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
 from camrob.text import printable
 
@@ -223,7 +223,8 @@ def _first(summary: DiagnosisSummary) -> str:
     """One step, and what is to be left alone until then."""
     if summary.status == "no gap":
         return "Nothing."
-    inside, doubtful = _inside(summary), in_doubt(summary)
+    inside, alike = _inside(summary), in_doubt(summary)
+    doubtful = [*alike, *(e for e in inside if hardly_likelier(e) and e not in alike)]
     program = [e for e in summary.claimed if only_first(e)]
     t, left = summary.together, _left_alone(summary, doubtful)
     most_unknown = summary.unknown.rms_mm**2 > t.rms_before_mm**2 - t.rms_after_mm**2
@@ -285,7 +286,7 @@ def _left_alone(summary: DiagnosisSummary, doubtful: Sequence[EffectFound]) -> l
     said = [f"Leave alone: {sound}."] if sound else []
     if doubtful:
         names = _listed([f"{plain_name(e.effect)}{_of(e)}" for e in doubtful[:_MOST]])
-        said.append(f"Change nothing for {names} before it is clear which it is.")
+        said.append(f"Change nothing for {names} before that is clear.")
     return said
 
 

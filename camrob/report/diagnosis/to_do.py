@@ -11,9 +11,10 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, Fi
 from camrob.text import printable
 from camrob.units import m_to_mm
 
-__all__ = ["in_doubt", "to_do"]
+__all__ = ["hardly_likelier", "in_doubt", "to_do"]
 
 _AXES = 4  # of an effect that are named
+_LIKELIER = 0.7  # sure, below which a cause is hardly likelier than none, and nothing is opened for it
 _ENTERED = re.compile(r"[A-Z]\d+_(?:deg|scale|by_\w+)")  # values of an axis that a controller takes
 _WORTH = 2.0  # standard deviations from which a value is one to enter
 _UNKNOWN = "unknown"
@@ -26,7 +27,7 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
         return []
     claimed, alike = sorted(summary.claimed, key=lambda e: -e.moves_mm), in_doubt(summary)
     steps = [
-        (_about(e), f"{e.remedy or 'what to do is not said in its description'}{_to_enter(e)}")
+        (_about(e), f"{_before(e)}{e.remedy or 'what to do is not said in its description'}{_to_enter(e)}")
         for e in claimed
         if e not in alike
     ]
@@ -41,6 +42,16 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     if any(e.of_machine and not only_first(e) for e in claimed):
         steps.append(("in the program", _in_program(summary)))
     return [(printable(what), printable(text)) for what, text in steps]
+
+
+def hardly_likelier(entry: EffectFound) -> bool:
+    """Whether a claim is hardly likelier than that nothing of the library is at work, and a run shows which it is."""
+    return entry.probability < _LIKELIER and bool(entry.isolated_by)
+
+
+def _before(entry: EffectFound) -> str:
+    """What comes before a remedy that is not sure to be one."""
+    return f"not surely, so first run this: {entry.isolated_by}. If it stays: " if hardly_likelier(entry) else ""
 
 
 def in_doubt(summary: DiagnosisSummary) -> list[EffectFound]:
