@@ -145,18 +145,19 @@ def _reckoned(
     shares, band = np.zeros((len(rows), twists.shape[2])), np.zeros(len(rows))
     part_p_tip = (part_T_base @ path.ideal)[:, :3, 3]
     for start in range(0, len(rows), _CHUNK):
-        some = np.arange(start, min(start + _CHUNK, len(rows)))
+        some = slice(start, start + _CHUNK)
         row, at = rows[some], ats[some][:, None]
         wrench = _wrench(surface, some, row, at, part_p_tip, part_T_base)
-        here = slice(start, start + len(some))
-        shares[here] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
+        shares[some] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
         variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1)
         variance += _between(path.rest, row, at) ** 2
-        band[here] = _NORMAL * np.sqrt(variance)
+        band[some] = _NORMAL * np.sqrt(variance)
     return shares, band
 
 
-def _wrench(surface: CutSurface, some: Ints, row: Ints, at: Array, part_p_tip: Array, part_T_base: Array) -> Array:
+def _wrench(
+    surface: CutSurface, some: Ints | slice, row: Ints, at: Array, part_p_tip: Array, part_T_base: Array
+) -> Array:
     """(P, 6) by which a twist of the tool in `base` moves points along their normals: n . (v + w x r)."""
     n = surface.normal[some]
     arm = surface.point[some] - (part_p_tip[row] * (1.0 - at) + part_p_tip[row + 1] * at)

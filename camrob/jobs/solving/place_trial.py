@@ -52,10 +52,8 @@ _TRIALS = 5  # beside the placement as it is: each takes as long as a post
 _APART = 0.15  # of the freedom's diagonal that two trials lie apart at least: neighbours differ in little
 _SLACK = 0.001  # m that a part may hang over or sink in: a drawing's and a float's rounding
 _EDGE = 2e-4  # rad: a posture nearer to a limit is past it when the program's rounded pose is read back
-_CUT, _IN_AIR = (
-    1.05,
-    4.0,
-)  # times an axis's top speed that a motion may ask for: the witness's own, who judges what is posted
+# times an axis's top speed that a motion may ask for: the witness's own, who judges what is posted
+_CUT, _IN_AIR = 1.05, 4.0
 _STILL = 1e-5  # m of less the rounding of axis values says nothing
 TRIAL_POINTS = 2000
 """Of the cutting points, so many are followed on trial."""

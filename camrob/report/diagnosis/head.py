@@ -128,11 +128,10 @@ def _doubts(entries: Sequence[EffectFound], summary: DiagnosisSummary) -> str:
     large = [e for e in entries if too_large(e, summary)]
     if large:
         names = _listed([f"{plain_name(e.effect)} ({mm(e.moves_mm)})" for e in large])
-        works = "work against each other" if len(large) > 1 else "works against another cause"
+        works = "they work against each other" if len(large) > 1 else "it works against another cause"
         words.append(
-            f"{_capital(names)} would move the tool by more than the gap: it {works}, so don't take sizes at their word"
+            f"{_capital(names)} would move the tool by more than the gap: {works}, so don't take sizes at their word"
         )
-        words[-1] = words[-1].replace("it work ", "they work ")
     return "".join(f" {w}." for w in words)
 
 
