@@ -13,7 +13,7 @@ from camrob import PostResult, post
 from camrob.cell.read_cell import read_cell
 from camrob.cell.read_setup import read_setup
 from camrob.errors import JobError
-from camrob.jobs.files.granted import taken_for_granted
+from camrob.jobs.files.granted import assumed_limits, taken_for_granted
 from camrob.jobs.verify import verify
 from camrob.toolpath.read import read_toolpath
 
@@ -166,3 +166,14 @@ def test_a_stock_that_the_path_does_not_meet_is_said(tmp_path: Path, scale: floa
     setup = read_setup(tmp_path / "setup.toml", cell)
     found = taken_for_granted(cell, setup, read_toolpath(SAMPLE), scale * plate + [aside, 0.0, 0.0])
     assert [f.code for f in found] == ["stock-apart"] * said
+
+
+def test_limits_that_are_partly_known_are_told_from_those_that_are_guessed(tmp_path: Path) -> None:
+    """A data sheet prints ranges and speeds; accelerations and jerks stay a guess, and the warning says that much and no more."""
+    shutil.copytree(KR15, tmp_path / "cell")
+    file = tmp_path / "cell" / "cell.toml"
+    known = ', standing = { range_deg = "datasheet", speed_deg_s = "datasheet", acceleration_deg_s2 = "assumed", jerk_deg_s3 = "assumed" } }'
+    head, rest = file.read_text(encoding="utf-8").split('name = "A1"\n', 1)
+    file.write_text(f'{head}name = "A1"\n{rest.replace("jerk_deg_s3 = 3500 }", "jerk_deg_s3 = 3500" + known, 1)}', encoding="utf-8")
+    (said,) = assumed_limits(read_cell(tmp_path / "cell"))
+    assert said.text.startswith("acceleration and jerk of A1; limits of A2, A3, A4, A5, A6, E1, E2 are assumed")

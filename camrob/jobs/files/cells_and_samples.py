@@ -28,6 +28,10 @@ __all__ = ["CellListResult", "NewCellResult", "SamplesResult", "cell_from_urdf",
 
 _NAMED = re.compile(r'^name\s*=\s*("[^"\n]*"|\'[^\'\n]*\')', re.MULTILINE)  # the first is the cell's own
 _TITLED = re.compile(r"^title\s*=.*$", re.MULTILINE)
+_STANDING = re.compile(r'(?<=standing)(\s*=\s*)("\w+"|\{[^{}]*\})')
+_KNOWN = re.compile(r'"(?:datasheet|paper|measured)"')
+_REFERENCE = "## poses.csv"  # from this heading on, the README of the cell below tells files and keys of every cell
+_TOLD_BY = "kr15_track_table"
 _TELLING = 1e-6  # m between a URDF's plate and that of its rows, from which on it is said
 _KEPT = (
     ".cls",
@@ -72,6 +76,8 @@ def _listed(folder: Path) -> ListedCell:
 def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
     """Copy a cell's folder to `out`/`name`, which bears that name from then on. All of it appears, or nothing.
 
+    What the source's numbers rest on holds for the source: in the copy each is `assumed` until its owner says otherwise.
+
     Args:
         name: the new cell's name, and its folder's.
         source: the folder of the cell that is most like it.
@@ -92,16 +98,31 @@ def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
         text = settings.read_text(encoding="utf-8-sig")
         text = _NAMED.sub(lambda _: f"name = {json.dumps(name)}", text, count=1)
         text = _TITLED.sub(lambda _: f"title = {json.dumps(f'{name}, made from {source.name}')}", text, count=1)
+        text = _STANDING.sub(lambda m: m[1] + _KNOWN.sub('"assumed"', m[2]), text)
         settings.write_text(text, encoding="utf-8")
+        (staging / "README.md").write_text(_readme(name, source), encoding="utf-8")
         read_cell(staging)
     return _made(
         folder,
         (
-            "write the machine's own numbers into cell.toml, each with its provenance; README.md says key by key what they mean",
+            f"write the machine's own numbers into cell.toml, each with its provenance: all are {source.name}'s, and stand as assumed",
+            "README.md says key by key what they mean",
             "replace the rows of poses.csv when the chain changes: every command holds the cell against them",
             "take characteristic_length_mm from camrob cell condition then: 1/k_F is measured by it",
         ),
     )
+
+
+def _readme(name: str, source: Path) -> str:
+    """What the copy's owner has to replace, and the reference of files and keys, which no source but one has in full."""
+    reference = (shipped_cells()[_TOLD_BY] / "README.md").read_text(encoding="utf-8").partition(_REFERENCE)[2]
+    reference = re.sub(r"\[([^\]]*)\]\(\.\./[^)]*\)", r"\1", reference)  # pages that don't lie beside a copy
+    return f"""# {name}: made from {source.name}
+
+Every number in `cell.toml` is {source.name}'s until it is replaced, and its provenance `assumed` until it is known for this machine.
+A program that rests on an assumed limit says so; `camrob cell check` counts what is left.
+
+{_REFERENCE}{reference}"""
 
 
 def cell_from_urdf(

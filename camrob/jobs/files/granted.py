@@ -282,10 +282,19 @@ def _bare_links(cell: Cell) -> tuple[Finding, ...]:
 
 
 def assumed_limits(cell: Cell) -> tuple[Finding, ...]:
-    """One warning that names the limits that are only assumed."""
-    assumed = [re.fullmatch(r"joint\[(\w+)\]\.limits\..*", key) for key, s in cell.provenance.items() if s == "assumed"]
-    names = sorted({match[1] for match in assumed if match})
-    if not names:
+    """One warning that names the limits that are only assumed: whole axes, or which of their limits where others are known."""
+    stated: dict[str, dict[str, bool]] = {}  # axis: limit: assumed
+    for key, standing in cell.provenance.items():
+        match = re.fullmatch(r"joint\[(\w+)\]\.limits\.([a-z]+)\w*", key)
+        if match:
+            stated.setdefault(match[1], {})[match[2]] = standing == "assumed"
+    alike: dict[str, list[str]] = {}
+    for name, limits in sorted(stated.items()):
+        guessed = [limit for limit, assumed in limits.items() if assumed]
+        if guessed:
+            alike.setdefault("limits" if all(limits.values()) else " and ".join(guessed), []).append(name)
+    if not alike:
         return ()
-    text = f"limits of {', '.join(names)} are assumed, not taken from the machine: check them against its data sheets"
+    said = "; ".join(f"{what} of {', '.join(names)}" for what, names in alike.items())
+    text = f"{said} are assumed, not taken from the machine: check them against its data sheets"
     return (Finding("assumed-limits", text),)
