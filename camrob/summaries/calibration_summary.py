@@ -55,6 +55,11 @@ class FittedParameter(Summary):
     unit: str
     nuisance: bool
 
+    @property
+    def may_be_none(self) -> bool:
+        """Whether two standard errors hold 0."""
+        return abs(self.value) < 2.0 * self.std
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldParameter(Summary):

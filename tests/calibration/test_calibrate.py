@@ -203,6 +203,11 @@ def test_the_command(tmp_path, capsys) -> None:
     summary = json.loads(capsys.readouterr().out)
     assert summary["errors"]["calibrated/withheld"]["mean_mm"] < 0.06 < summary["errors"]["nominal/withheld"]["mean_mm"]
     assert (tmp_path / "o" / "C.toml").is_file()
+    assert run(command) == 0
+    shown = {line.split()[0]: "may be 0" in line for line in capsys.readouterr().out.splitlines() if line.split()}
+    for p in summary["parameters"]:  # a value within its doubt is marked, no other
+        assert shown[p["name"]] is (abs(p["value"]) < 2 * p["std"])
+    assert set(shown[p["name"]] for p in summary["parameters"]) == {True, False}
     assert run([*command, "--parameter", "A7.zero", "--quiet"]) == 2
     assert "is not an error parameter" in capsys.readouterr().err
     assert run([*command, "--parameter", "base.x", "--parameter", "A1.x"]) == 3

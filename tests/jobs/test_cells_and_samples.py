@@ -56,12 +56,14 @@ def test_a_copied_cell_is_the_same_machine_under_its_own_name(tmp_path: Path) ->
 
 @pytest.mark.parametrize("source", ["kr15_track_table", "irb6700_table", "ta1400_weld"])
 def test_a_copy_takes_over_no_number_as_known(tmp_path: Path, source: str) -> None:
-    """A data sheet's or a paper's number of another machine is a guess at this one, and its README tells no other machine's story."""
+    """A data sheet's or a paper's number of another machine is a guess at this one, and README tells no other's story."""
     made = new_cell("ours", source=ROOT / "cells" / source, out=tmp_path)
     assert set(made.cell.provenance.values()) == {"assumed"}
     assert made.cell.provenance.keys() == read_cell(ROOT / "cells" / source).provenance.keys()
     told = (tmp_path / "ours" / "README.md").read_text(encoding="utf-8")
-    assert told.startswith(f"# ours: made from {source}\n") and "## cell.toml, key by key" in told and "](../" not in told
+    assert (
+        told.startswith(f"# ours: made from {source}\n") and "## cell.toml, key by key" in told and "](../" not in told
+    )
 
 
 @pytest.mark.parametrize("name", ["../ours", "a/b", "", "con", ".x"])

@@ -172,8 +172,15 @@ def test_limits_that_are_partly_known_are_told_from_those_that_are_guessed(tmp_p
     """A data sheet prints ranges and speeds; accelerations and jerks stay a guess, and the warning says that much and no more."""
     shutil.copytree(KR15, tmp_path / "cell")
     file = tmp_path / "cell" / "cell.toml"
-    known = ', standing = { range_deg = "datasheet", speed_deg_s = "datasheet", acceleration_deg_s2 = "assumed", jerk_deg_s3 = "assumed" } }'
+    kinds = {
+        "range_deg": "datasheet",
+        "speed_deg_s": "datasheet",
+        "acceleration_deg_s2": "assumed",
+        "jerk_deg_s3": "assumed",
+    }
+    known = f", standing = {{ {', '.join(f'{key} = {kind!r}' for key, kind in kinds.items())} }} }}"
     head, rest = file.read_text(encoding="utf-8").split('name = "A1"\n', 1)
-    file.write_text(f'{head}name = "A1"\n{rest.replace("jerk_deg_s3 = 3500 }", "jerk_deg_s3 = 3500" + known, 1)}', encoding="utf-8")
+    rest = rest.replace("jerk_deg_s3 = 3500 }", f"jerk_deg_s3 = 3500{known}", 1)
+    file.write_text(f'{head}name = "A1"\n{rest}', encoding="utf-8")
     (said,) = assumed_limits(read_cell(tmp_path / "cell"))
     assert said.text.startswith("acceleration and jerk of A1; limits of A2, A3, A4, A5, A6, E1, E2 are assumed")

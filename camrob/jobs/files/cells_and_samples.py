@@ -105,7 +105,7 @@ def new_cell(name: str, *, source: Path, out: Path = Path()) -> NewCellResult:
     return _made(
         folder,
         (
-            f"write the machine's own numbers into cell.toml, each with its provenance: all are {source.name}'s, and stand as assumed",
+            f"write the machine's own numbers into cell.toml, each with its provenance: all are {source.name}'s, and assumed",
             "README.md says key by key what they mean",
             "replace the rows of poses.csv when the chain changes: every command holds the cell against them",
             "take characteristic_length_mm from camrob cell condition then: 1/k_F is measured by it",
@@ -119,8 +119,8 @@ def _readme(name: str, source: Path) -> str:
     reference = re.sub(r"\[([^\]]*)\]\(\.\./[^)]*\)", r"\1", reference)  # pages that don't lie beside a copy
     return f"""# {name}: made from {source.name}
 
-Every number in `cell.toml` is {source.name}'s until it is replaced, and its provenance `assumed` until it is known for this machine.
-A program that rests on an assumed limit says so; `camrob cell check` counts what is left.
+Every number in `cell.toml` is {source.name}'s until it is replaced, and its provenance `assumed` until it is known for this
+machine. A program that rests on an assumed limit says so; `camrob cell check` counts what is left.
 
 {_REFERENCE}{reference}"""
 

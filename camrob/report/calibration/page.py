@@ -171,11 +171,12 @@ def _parameters(summary: CalibrationFigures) -> str:
         plain = [number(v, decimals) if decimals else f"{v:.3e}" for v in (p.value, p.std)]
         sure = abs(p.value) / p.std if p.std else float("nan")
         whose = "instrument" if p.nuisance else "robot"
-        rows.append([escape(p.name), f"of the {whose}", escape(p.unit), *plain, number(sure, 1)])
+        told = number(sure, 1) + (", may be 0" if p.may_be_none else "")
+        rows.append([escape(p.name), f"of the {whose}", escape(p.unit), *plain, told])
     head = ("parameter", "", "unit", "value", "standard error", "value / error")
     caption = (
         "base, tool: the frames' errors. A3.x .. ry: where the axis stands; zero: what the real axis value is beyond the "
-        "reported one; compliance: by how much gravity's torque turns the link. Below 2, a value may as well be 0."
+        "reported one; compliance: by how much gravity's torque turns the link. Below 2, a value may be 0."
     )
     return section("Parameters", table(head, rows, left=3), f'<p class="caption">{caption}</p>')
 

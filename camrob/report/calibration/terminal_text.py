@@ -59,7 +59,8 @@ def render_calibration(summary: CalibrationSummary) -> RenderableType:
     for p in found.parameters:
         decimals = _DECIMALS.get(p.unit)
         shown = [f"{v:.{decimals}f}" if decimals else f"{v:.3g}" for v in (p.value, p.std)]
-        parameters.add_row(p.name, *shown, p.unit + (" (instrument)" if p.nuisance else ""))
+        notes = ("(instrument)" if p.nuisance else "", "may be 0" if p.may_be_none else "")
+        parameters.add_row(p.name, *shown, " ".join((p.unit, *filter(None, notes))))
     parts: list[RenderableType] = [*_warnings(found.warnings), _errors(rows), Text(), parameters]
     for why, title in (
         ("merged", "part of others in these poses"),
