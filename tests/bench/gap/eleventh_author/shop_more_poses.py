@@ -1,0 +1,185 @@
+"""Cases of single poses once more. Who works on the diagnosis does not read this before the family is opened."""
+
+from __future__ import annotations
+
+from .bodies import (
+    knocked_tool,
+    lost_zero,
+    play,
+    track_shape,
+)
+from .loads import give, heavier_than_told, sways
+from .moves import poses, returns, stations
+from .plan import Plan
+from .readings import creeping_stand, not_at_rest, wrong_scale
+from .strangers import dirty_disc, haze, loose_changer, rack_joint
+
+__all__ = ["MORE_POSES"]
+
+FREE = {"frame": "unknown", "target": "unknown"}
+STAND = {"frame": "unknown"}
+FINE, TRACKER, CAMERA = (0.008, 0.008, 0.008), (0.014, 0.018, 0.018), (0.03, 0.03, 0.1)
+WIRES = (0.07, 0.09, 0.11)
+
+MORE_POSES = [
+    Plan(
+        "rails on a new floor, heavy arm",
+        "big_rail",
+        (stations("E1", 200, 5800, 12, 5),),
+        (track_shape(0.9, bow=1, yaw=0.4), give({"A2": 1, "A3": 1.2}, 0.35)),
+        stations("E1", 500, 5500, 6, 3),
+        **STAND,
+        sigma=TRACKER,
+        left=0.3,
+        sheet="beside",
+    ),
+    Plan(
+        "read too soon",
+        "big",
+        (poses(44, pause=(3.0, 5.0)),),
+        (not_at_rest(0.16),),
+        **STAND,
+        sigma=TRACKER,
+        left=0.1,
+        sheet="karel",
+    ),
+    Plan(
+        "tripod on a warm floor",
+        "cobot",
+        (poses(48, pause=(60.0, 150.0)),),
+        (creeping_stand(0.3),),
+        **STAND,
+        sigma=TRACKER,
+        wander=0.02,
+        forget=300.0,
+        sheet="ros",
+    ),
+    Plan(
+        "palletiser with rods, one zero lost",
+        "palletiser",
+        (poses(38, 0.9),),
+        (lost_zero({"A3": 1}, 2.0), give({"A2": 1, "A3": 1}, 0.8)),
+        **STAND,
+        sigma=TRACKER,
+        left=0.35,
+        sheet="karel",
+    ),
+    Plan(
+        "three at once",
+        "big",
+        (poses(46, pause=(40.0, 120.0)),),
+        (lost_zero({"A4": 1, "A5": -0.8}, 1.2), give({"A2": 1, "A3": 1.2}, 0.7), creeping_stand(0.07)),
+        poses(16),
+        **STAND,
+        sigma=TRACKER,
+        wander=0.02,
+        forget=100.0,
+        sheet="plain",
+    ),
+    Plan(
+        "cell before its first part",
+        "weld",
+        (stations("E1", -1600, 1600, 9, 5),),
+        (track_shape(0.8, bow=1, sag=0.7), knocked_tool((1, 0.5, 0.8), (0, 0, 0), 1.1)),
+        sigma=TRACKER,
+        left=0.1,
+        sheet="balls",
+    ),
+    Plan(
+        "tool changer of an arm on the roof",
+        "hanging",
+        (poses(50, 0.9),),
+        (loose_changer(0.5),),
+        sigma=TRACKER,
+        left=0.06,
+        sheet="rapid",
+    ),
+    Plan(
+        "oil on an encoder",
+        "painter",
+        (poses(64, 0.9),),
+        (dirty_disc("A1", 0.35, 0.8),),
+        poses(20, 0.9),
+        **STAND,
+        sigma=TRACKER,
+        left=0.06,
+        sheet="plain",
+    ),
+    Plan(
+        "racks joined with a gap, a zero lost",
+        "big_rail",
+        (stations("E1", 150, 5850, 14, 4),),
+        (rack_joint(1900, 0.5), lost_zero({"A3": 1}, 1.0)),
+        **STAND,
+        sigma=TRACKER,
+        wander=0.02,
+        forget=60.0,
+        sheet="val3",
+    ),
+    Plan("before an oven", "weld", (poses(70, 0.8, pause=(20.0, 60.0)),), (haze(0.35),), sigma=TRACKER, sheet="inch"),
+    Plan(
+        "nothing wrong, a wandering camera",
+        "cobot",
+        (poses(40),),
+        (),
+        **STAND,
+        sigma=(0.05, 0.05, 0.09),
+        told=0.1,
+        wander=0.06,
+        forget=80.0,
+        sheet="rtde",
+    ),
+    Plan(
+        "nothing wrong, poses of seven axes",
+        "seven",
+        (poses(36),),
+        (),
+        poses(12),
+        see="pose",
+        sigma=TRACKER,
+        sheet="rapid",
+    ),
+    Plan(
+        "small arm dropped in transport",
+        "desktop",
+        (returns(9, 6),),
+        (lost_zero({"A2": 1, "A4": 1.5}, 0.8), play({"A1": 1}, 0.08)),
+        **STAND,
+        sigma=(0.02, 0.02, 0.04),
+        left=0.05,
+        sheet="counts",
+    ),
+    Plan(
+        "dial gauge over a surface plate",
+        "cobot",
+        (poses(44, 0.6),),
+        (give({"A2": 1, "A3": 1.1}, 0.15),),
+        see="gauge",
+        sigma=(0.005, 0.005, 0.005),
+        left=0.02,
+        sheet="beside",
+    ),
+    Plan(
+        "lift with a soft column, a zero lost",
+        "lift",
+        (poses(52, 0.8),),
+        (sways("A1", 0.6), lost_zero({"A2": 1}, 1.3)),
+        poses(18, 0.8),
+        **STAND,
+        sigma=WIRES,
+        wander=0.06,
+        forget=120.0,
+        sheet="trace",
+    ),
+    Plan(
+        "a heavy gripper under a camera with a wrong bar",
+        "seven",
+        (poses(55, held=0.0),),
+        (heavier_than_told(0.35), wrong_scale(0.6, alike=("geometry",))),
+        **STAND,
+        sigma=(0.03, 0.03, 0.08),
+        wander=0.03,
+        forget=50.0,
+        sheet="ros",
+    ),
+]
