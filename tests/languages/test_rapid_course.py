@@ -154,3 +154,21 @@ def test_a_quaternion_that_is_not_of_length_1_is_not_judged(tmp_path: Path, turn
     """Four decimals are kept; 0.2 % is what a controller stops at."""
     path = written(tmp_path, f"MoveL [[9,0,300],[{turn}],[0,0,0,0],[0,9E9,9E9,9E9,9E9,9E9]],v100,fine,tS\\WObj:=wP;\n")
     assert (not run_program(path, MACHINE).gaps) == judged
+
+
+def test_no_tip_goes_faster_than_velset_says(tmp_path: Path) -> None:
+    """Its second number is the most for the tip, mm/s (ABB's "Technical reference manual, RAPID instructions")."""
+    path = written(tmp_path, f"{GO}VelSet 100,30;\n{GO}VelSet 100,5000;\n{GO}")
+    made, text = run_program(path, MACHINE), read_rapid(path)
+    assert made.speed[1:].tolist() == [0.1, 0.03, 0.1]
+    assert text.speed[1:].tolist() == [0.1, 0.03, 0.1] and not text.findings
+
+
+@pytest.mark.parametrize(
+    ("handler", "judged"),
+    [("TRYNEXT;", False), ("RETRY;", False), ('TPWrite "x";', False), ("", False), ('TPWrite "x";\nRAISE;', True)],
+)
+def test_what_is_done_when_a_statement_fails_is_not_judged(tmp_path: Path, handler: str, *, judged: bool) -> None:
+    """A handler that reaches its end returns to the caller, as RETURN does."""
+    made = run_program(written(tmp_path, f"{GO}ERROR\n{handler}\n"), MACHINE)
+    assert all("(ERROR)" not in gap.text for gap in made.unsettled) == judged and not made.gaps

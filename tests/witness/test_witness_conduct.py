@@ -348,3 +348,29 @@ def test_the_judge_counts_it(tmp_path: Path) -> None:
     assert judge(tmp_path / "job.src", CELL).judged["limits"] is None
     run(tmp_path, "BAS (#VEL_PTP,90 )", "PTP {A1 1}")
     assert judge(tmp_path / "job.src", CELL).judged["process"] is False
+
+
+# --- rows of the controller's tables
+
+
+NUMBERED = replace(
+    MACHINE, controller=replace(MACHINE.controller, own={**MACHINE.controller.own, "tool_number": 5, "base_number": 7})
+)
+
+
+@pytest.mark.parametrize("line", ["$ACT_TOOL = 6", "$ACT_BASE = 5", "BAS (#TOOL,4 )", "BAS (#BASE,0 )"])
+def test_a_row_other_than_the_cells_stands_against_it(tmp_path: Path, line: str) -> None:
+    """Load data, hand guiding and an entry after a stop go by it, whatever the frames are that the program sets."""
+    made = run(tmp_path, *WAY, head=[*HEAD[:2], line, *HEAD[2:]], machine=NUMBERED)
+    assert "other-number" in said(made)
+    assert "other-number" not in said(run(tmp_path, *WAY, head=[*HEAD[:2], line, *HEAD[2:]]))
+
+
+def test_the_cells_own_rows_stand_against_nothing(tmp_path: Path) -> None:
+    head = [*HEAD[:2], "$ACT_TOOL = 6", "$ACT_TOOL = 5", "BAS (#BASE,7 )", *HEAD[2:]]
+    assert said(run(tmp_path, *WAY, head=head, machine=NUMBERED)) == []
+
+
+@pytest.mark.parametrize("place", ["/R1/OTHER/", "KRC:\\R1\\", "/R1/OTHER "])
+def test_a_routine_from_a_place_of_its_own_is_not_judged(tmp_path: Path, place: str) -> None:
+    assert only(run(tmp_path, *WAY, data=f"EXT {place}BAS (BAS_COMMAND :IN,REAL :IN )"), "it takes BAS from")

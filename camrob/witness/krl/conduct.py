@@ -21,6 +21,7 @@ _SLUGGISH = 0.5  # of the cell's acceleration: with less, short cuts never reach
 _DEFAULTS = {"$SINGUL_STRATEGY": 0.0, "$ACC_AXIS": 100.0, "$ACC_EXTAX": 100.0, "$GEAR_JERK": 100.0, ACC_PTP: 100.0}
 _SHARES = ("$VEL_AXIS", "$VEL_EXTAX")  # percent of an axis in PTP, as BAS(#VEL_PTP) sets of all
 _TURNING = ("$VEL.ORI1", "$VEL.ORI2", "$ACC.ORI1", "$ACC.ORI2")
+_ROWS = {"$ACT_TOOL": "tool_number", "$ACT_BASE": "base_number"}  # rows of the controller's tables, and the cell's keys
 
 
 def unlike(name: str, given: float, own: float) -> tuple[str, str, bool] | None:
@@ -48,10 +49,16 @@ class Conduct:
     words: Mapping[str, str] = field(default_factory=dict)  # what another language calls a setting
     judged: set[tuple[bool, bool]] = field(default_factory=set)  # kinds of motion, since something was set last
     said: set[str] = field(default_factory=set)
+    rows: dict[str, float] = field(default_factory=dict)  # of the controller's tables, by the name that _ROWS has
 
     def set(self, name: str, value: float) -> None:
         """A setting from here on."""
         self.values[name] = value
+        self.judged.clear()
+
+    def set_row(self, name: str, number: float) -> None:
+        """The row of the controller's table of tools or bases that is in force from here on, by its variable."""
+        self.rows[name] = number
         self.judged.clear()
 
     def begin(self) -> None:
@@ -66,7 +73,7 @@ class Conduct:
         if (ptp, rounded) in self.judged:
             return
         self.judged.add((ptp, rounded))
-        for code, said in (*self._stated(ptp, rounded), *self._others()):
+        for code, said in (*self._stated(ptp, rounded), *self._others(), *self._numbered()):
             text = said
             for name, word in self.words.items():
                 text = text.replace(name, word)
@@ -99,3 +106,10 @@ class Conduct:
             default = (self.controller.ptp_percent or 100.0) if family in _SHARES else _DEFAULTS.get(family)
             if name not in stated and given != default:
                 yield "", f"{name} is set away from the controller's default, and what it does to motions isn't judged"
+
+    def _numbered(self) -> Iterator[tuple[str, str]]:
+        """Rows of tools and bases: with another one, load data, hand guiding and an entry after a stop are another tool's."""
+        for name, key in _ROWS.items():
+            own, given = self.controller.own.get(key), self.rows.get(name)
+            if isinstance(own, int) and given is not None and given != own:
+                yield "other-number", f"{name} is {given:g} here, where the cell has {key} = {own}"

@@ -126,6 +126,7 @@ def _fixed_base(state: State, line: Line) -> Objection | None:
 
 def numbered_frame(state: State, line: Line, name: str, number: float) -> None:
     """`$TOOL` or `$BASE` from the controller's list; number 0 is the plate, or the world. A tool brings its own load data."""
+    state.conduct.set_row(f"$ACT_{name}", number)
     if name == "TOOL":
         state.set_load(line.number, None)
     text = "$NULLFRAME" if number == 0 else f"{name}_DATA[{int(number)}]"
@@ -331,6 +332,12 @@ def _bounded(state: State, match: re.Match[str], line: Line, value: str) -> None
         state.conduct.said.add(text)
 
 
+def _row(state: State, match: re.Match[str], line: Line, value: str) -> None:
+    """`$ACT_TOOL`, `$ACT_BASE`."""
+    state.conduct.set_row(match.string, number_or_nan(state, value))
+    state.step(line, "other")
+
+
 def _override(state: State, match: re.Match[str], line: Line, value: str) -> None:
     if not re.fullmatch(r"100(?:\.0*)?", value):
         state.object("override", f"{line.raw[:60]}: all speeds are other than $VEL.CP says", line)
@@ -354,4 +361,5 @@ SETTINGS: dict[str, Callable[[State, re.Match[str], Line, str], None]] = {
     "switch": _switch,
     "bounded": _bounded,
     "override": _override,
+    "row": _row,
 }

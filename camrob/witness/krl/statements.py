@@ -52,6 +52,12 @@ STATEMENTS = (
         EXPERT,
     ),
     _row(
+        r"EXT (?P<place>[^ (]*[\\/:])(?P<name>[A-Z_$]\w*) ?\(.*",
+        "borrow",
+        "likewise, with no blank between place and name",
+        EXPERT,
+    ),
+    _row(
         r"(?:GLOBAL )?STRUC [A-Z_]\w* (?P<parts>.+)",
         "structure",
         "declares a structure: its INT components are whole",
@@ -129,7 +135,7 @@ VARIABLES = (
     _row(r"\$ASYNC_AXIS", "async_axis", "external axes that no longer follow the motions", NAMES),
     _row(r"\$(?:OUT|ANOUT)\[.+\]", "switch", "an output", NAMES, stops=True),
     _row(r"\$(?:OV_PRO|RED_VEL)", "override", "all speeds in percent", NAMES),
-    _row(r"\$ACT_(?:TOOL|BASE)", "nothing", "what the panel shows; no frame changes", NAMES),
+    _row(r"\$ACT_(?:TOOL|BASE)", "row", "the row that panel and load data go by; no frame changes", NAMES),
     _row(
         r"\$(?:APO\.CDIS|ACC\.CP|(?:VEL|ACC)\.ORI[12])",
         "bounded",

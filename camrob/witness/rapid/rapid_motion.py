@@ -36,6 +36,7 @@ class RapidMotions:
         self.by_configuration = True  # ConfJ\\On
         self.load: tuple[float, ...] | None = None
         self.rounded = False  # the last motion's corner
+        self.top = float("inf")  # VelSet's second number: no tip goes faster, mm/s
         self.names: tuple[str, str] = ("", "")  # tool and work object in force
         own = state.machine.controller.own
         speed = own.get("ptp_speed")
@@ -80,7 +81,7 @@ class RapidMotions:
         status, turn = self._configuration(conf) if how == POSE and self.by_configuration else (-1, -1)
         self._check(line, arc=how == CIRC)
         axes = [_NAN] * 6 + self._external(external, line)
-        self._add(how, pose, middle, axes, status, turn, rounds, mm_to_m(speed[0]), line)
+        self._add(how, pose, middle, axes, status, turn, rounds, mm_to_m(min(speed[0], self.top)), line)
 
     def rows(self, rows: Sequence[MoveRow]) -> None:
         """MoveLs that differ in their numbers alone: names and turning speed are the first one's."""
@@ -105,7 +106,7 @@ class RapidMotions:
             axes[i, 6:] = self._external(list(row.external), int(lines[i]))
             state.external = [float(v) for v in axes[i, 6:]]
         state.moves(first.number, False, rounds)
-        speed = mm_to_m(np.array([row.speed[0] for row in rows]))
+        speed = mm_to_m(np.minimum([row.speed[0] for row in rows], self.top))
         for k in np.flatnonzero(speed <= 0.0)[:1].tolist():
             state.object("speed", "v_tcp is 0 mm/s, and has to be above 0", int(lines[k]))
         state.add_lines(pose, axes, speed, np.full(count, not rounds), lines)

@@ -23,7 +23,7 @@ from camrob.witness.rapid.module_text import Procedure, RapidModule, listed_modu
 from camrob.witness.rapid.rapid_motion import RapidMotions
 from camrob.witness.rapid.rapid_statements import STATEMENTS
 from camrob.witness.rapid.records import Records
-from camrob.witness.rapid.walk import Walk
+from camrob.witness.rapid.walk import Walk, recovery
 
 __all__ = ["run_program"]
 
@@ -125,6 +125,10 @@ class _Runner(Walk):
         self.state.file = self.state.files.index(str(module.path))
         own = {name: value for (_, name), value in zip(procedure.inputs or (), given, strict=True)}
         records.own, records.module = own, self.locals[module.path]
+        handler = recovery(procedure.nodes)
+        if handler is not None:
+            text = f"{procedure.name}: what is left out or done again where a statement fails (ERROR) isn't judged"
+            self.state.unsure(handler.number, text)
         self.motions.forget()
         self.depth += 1
         try:
@@ -240,6 +244,7 @@ class _Runner(Walk):
         """VelSet."""
         if float(match["a"]) != 100.0:
             self.state.gap(line, "it makes all speeds others than the text says, and those aren't judged")
+        self.motions.top = float(match["b"])
         self.state.step(line, "other")
 
     def configuration(self, match: re.Match[str], line: Line) -> None:

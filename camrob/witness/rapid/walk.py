@@ -16,9 +16,29 @@ from camrob.witness.rapid.module_text import MoveRow
 from camrob.witness.rapid.rapid_motion import RapidMotions
 from camrob.witness.rapid.records import Records
 
-__all__ = ["Walk"]
+__all__ = ["Walk", "recovery"]
 
 _FOR = re.compile(r"FOR (?P<name>\w+) FROM (?P<first>.+?) TO (?P<last>.+?)(?: STEP (?P<step>.+?))? DO")
+
+
+_ENDS_IT = re.compile(r"RAISE\b.*|EXIT")
+_MOVES_NOTHING = re.compile(
+    r"(?:TPWRITE|TPERASE|ERRWRITE|ERRLOG|STOP|BREAK)\b.*|(?:IF|ELSEIF)\b.*\bTHEN|ELSE|ENDIF|TEST\b.*|CASE\b.*|DEFAULT ?:|ENDTEST"
+)
+
+
+def recovery(nodes: Sequence[Line | MoveRow]) -> Line | None:
+    """Where a procedure's ERROR begins, if the program goes on behind it: by TRYNEXT, by RETRY, by returning to its caller as it
+    does where it ends. None where there is no ERROR, or one that says something and ends the program or hands the error on.
+    """
+    lines = [node for node in nodes if isinstance(node, Line)]
+    at = next((k for k, line in enumerate(lines) if line.code == "ERROR"), None)
+    if at is None:
+        return None
+    end = next((k for k in range(at + 1, len(lines)) if lines[k].code in ("UNDO", "BACKWARD")), len(lines))
+    inside = [line.code for line in lines[at + 1 : end]]
+    harmless = all(_ENDS_IT.fullmatch(code) or _MOVES_NOTHING.fullmatch(code) for code in inside)
+    return None if harmless and inside and _ENDS_IT.fullmatch(inside[-1]) else lines[at]
 
 
 class Walk(ABC):

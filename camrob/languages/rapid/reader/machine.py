@@ -51,6 +51,7 @@ class RapidMachine:
         self.settings: dict[str, Setting] = {}
         self.file = 0
         self.acceleration = _NAN
+        self.top = math.inf  # m/s: VelSet's most for the tip
         self.by_configuration = True  # ConfJ\On, the default
         self.circle = "PathFrame"  # the default: the tool turns with the circle
         self._slowest = math.inf  # v_ori so far, degrees/s
@@ -181,12 +182,20 @@ class RapidMachine:
             self.circle = {"OBJECTFRAME": "ObjectFrame", "PATHFRAME": "PathFrame"}.get(texts[-1], texts[-1])
         elif word == "SINGAREA" and texts[-1] != "OFF":
             self.find("not-understood", "SingArea: the tool may turn otherwise than programmed", line)
-        elif word == "VELSET" and texts[1:2] != ["100"]:
-            self.find("not-understood", "VelSet: speeds are others than programmed", line)
+        elif word == "VELSET":
+            self._override(statement)
         elif word == "PATHACCLIM":
             arguments = arguments_of(statement)
             limits = [self._number(arguments.options[n]) for n in ("ACCMAX", "DECELMAX") if n in arguments.options]
             self.acceleration = min(limits) if limits else _NAN
+
+    def _override(self, statement: Statement) -> None:
+        """VelSet: speeds in percent, and the tip's most, mm/s."""
+        shares = [self._number(tokens) for tokens in arguments_of(statement).places]
+        if len(shares) != 2 or shares[0] != 100.0 or not shares[1] > 0.0:
+            self.find("not-understood", "VelSet: speeds are others than programmed", statement.line)
+        else:
+            self.top = mm_to_m(shares[1])
 
     def _number(self, tokens: Sequence[object]) -> float:
         try:
@@ -293,7 +302,7 @@ class RapidMachine:
         blend = Blend.EXACT if zone[0] else Blend.DISTANCE
         distance = _NAN if zone[0] else numbers(zone[1:], 6, "the zone")[0]
         at = Modal(
-            0.0 if ptp else speed,
+            0.0 if ptp else min(speed, self.top),
             self.acceleration,
             blend,
             distance,
