@@ -27,7 +27,7 @@ HOOK_PLACEHOLDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """The hooks that a cell may fill, and the numbers that each may print."""
 
-_PLACEHOLDER = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
+_PLACEHOLDER = re.compile(r"\{(\s*[A-Za-z_][A-Za-z0-9_]*\s*)\}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +148,8 @@ def check_line(name: str, line: object, placeholders: tuple[str, ...], longest: 
         )
     if len(line) > longest:
         raise CellError(f"{name} holds a line of {len(line)} characters", hint=f"max_line_length is {longest}")
+    if line.count("{") != line.count("}"):
+        raise CellError(f"{name} holds a brace without its other: {line[:60]!r}", hint="close it, as in {speed}")
     for found in _PLACEHOLDER.findall(line):
         if found not in placeholders:
             known = ", ".join("{" + p + "}" for p in placeholders) or "none"

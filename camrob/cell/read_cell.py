@@ -20,6 +20,7 @@ from camrob.cell.poses import POSES_FILE, PoseBounds, check_poses
 from camrob.cell.read_controller import read_controller
 from camrob.cell.redundancy_settings import CONDITION_TERMS, TABLES, FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
+from camrob.errors import InputError
 from camrob.se3 import frame_from_xyzabc
 from camrob.toml.read_toml import read_toml
 from camrob.toml.table_reader import Faults, TableReader
@@ -94,7 +95,7 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
     tool = wrong.of(lambda: _tool(table, measured=measured), np.eye(4))
     payload = wrong.of(lambda: _payload(table, measured=measured), 0.0)
     bounds = wrong.of(lambda: _pose_bounds(table), PoseBounds(0.0, 0.0, 0.0))
-    name = wrong.of(lambda: table.text("name"), "")
+    name = wrong.of(lambda: _name(table), "")
     title = wrong.of(lambda: table.text("title") if "title" in table or not measured else name, "")
     wrong.raise_any()  # what follows speaks of joints
     names = tuple(j.name for j in joints)
@@ -152,6 +153,14 @@ def _frames(table: TableReader, *, measured: bool) -> _Frames:
     length = _LENGTH if plain else mm_to_m(part.number("characteristic_length_mm", lower=1.0, upper=1e5))
     part.finish()
     return _Frames(*placed, length, follows)
+
+
+def _name(table: TableReader) -> str:
+    """The cell's name."""
+    name = table.text("name")
+    if not name.strip():
+        raise table.fail("name", "is empty", "give a short name")
+    return name
 
 
 def _tool(table: TableReader, *, measured: bool) -> Array:
@@ -269,7 +278,7 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     names = [j.name for j in joints]
     for name in names:
         if names.count(name) > 1:
-            raise table.fail("joint", f"{name!r} appears twice", "give every joint a name of its own")
+            raise _joint_error(table, name, "appears twice", "give every joint a name of its own")
     arm = [j for j in joints if j.role is Role.ARM]
     arm_names = [j.name for j in arm]
     counted = arm_names == [f"A{i}" for i in range(1, len(arm) + 1)] and 1 <= len(arm) <= MOST_ARM
@@ -286,14 +295,18 @@ def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
     for j in joints:
         external = j.role in (Role.WORKPIECE, Role.CARRIAGE)
         if external and not (len(j.name) == 2 and j.name[0] == "E" and j.name[1] in "123456"):
-            raise table.fail("joint", f"{j.name!r} is not a name of an external axis", "use E1 .. E6")
+            raise _joint_error(table, j.name, "is not a name of an external axis", "use E1 .. E6")
     if sum(j.role is Role.ROLL for j in joints) > 1:
         raise table.fail("joint", "there are two roll joints", "leave one")
     for j in joints:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", j.name):
-            raise table.fail(
-                "joint", f"{j.name[:40]!r} is not a name for a joint", "use letters and digits, 24 at most"
-            )
+            raise _joint_error(table, j.name, "is not a name for a joint", "use letters and digits, 24 at most")
+
+
+def _joint_error(table: TableReader, name: str, what: str, hint: str) -> InputError:
+    """The error to raise for the last joint of a name, by its line."""
+    named = [k for k, joint in enumerate(table.tables("joint")) if joint.text("name") == name]
+    return table.fail("joint", f"{name[:40]!r} {what}", hint, stands=("joint", *named[-1:], "name"))
 
 
 def _mass(table: TableReader, names: tuple[str, ...]) -> PointMass:

@@ -208,12 +208,16 @@ def _tools(table: TableReader, raw: Any, cell: Cell) -> tuple[ToolSetup, ...]:
         return (_tool(table.table("tool"), cell, gauge, numbered=False),)
     tools: dict[int | None, ToolSetup] = {}
     for number, row in rows.items():
-        part = TableReader(row.table, library or table.path, f"line {row.line}", error=SetupError)
+        part = TableReader(row.table, library or table.path, error=SetupError, line=row.line)
         tools[number] = _tool(part, cell, gauge, numbered=True)
     seen = set()
     for part, said in zip(table.tables("tool"), raw or (), strict=True):
         under = rows.get(said.get("number")) if library is not None else None
-        whole = part if under is None else TableReader(under.table | said, table.path, part.key, error=SetupError)
+        whole = (
+            part
+            if under is None
+            else TableReader(under.table | said, table.path, part.key, error=SetupError, spot=part.spot)
+        )
         tool = _tool(whole, cell, gauge, numbered=True)
         if tool.number in seen:
             raise part.fail("number", f"{tool.number} appears twice", "give every tool a number of its own")

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import LogError
+from camrob.toml.key_line import key_line
 from camrob.toml.read_toml import read_toml
 from camrob.units import deg_to_rad, m_s_to_mm_min, m_to_mm, mm_min_to_m_s, mm_to_m, rad_to_deg
 
@@ -73,6 +74,7 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], float], Callable[[float], float
 }
 _TEXTS = ("program", "instrument", "note", "same_poses_as", "same_frame_as", "same_target_as")
 _CHOICES: dict[str, type[StrEnum]] = {"measured_frame": MeasuredFrame, "target": Target}
+_TABLE = "table"  # of a log that another recorder wrote: `camrob.measurement.table_facts`
 _KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses")
 
 
@@ -96,16 +98,22 @@ def read_info(path: Path) -> LogInfo:
             if not isinstance(value, bool):
                 raise wrong_key(path, key, "is neither true nor false", "write true or false")
             values[key] = value
-        elif near := difflib.get_close_matches(key.lower(), _KEYS, n=1, cutoff=0.8):
-            raise wrong_key(path, key[:40], "is not a key of a log", f"is {near[0]} meant?")
+        elif key != _TABLE and (near := _meant(key)):
+            raise wrong_key(path, key[:40], "is not a key of a log", f"is {near} meant?")
     return LogInfo(**values)
 
 
-def wrong_key(path: Path, key: str, what: str, hint: str) -> LogError:
-    """What is wrong with a key, by the line that it stands on where one begins with it."""
-    rows = path.read_text("utf-8-sig").splitlines()
-    lines = [k for k, row in enumerate(rows, 1) if row.lstrip(" \t'\"").startswith(key)]
-    return LogError(f"{key}: {what}", hint=hint, path=path, line=lines[0] if lines else 0)
+def _meant(key: str) -> str:
+    """The format's key that another is a slip of the pen for, or that one without its unit; "" where there is none."""
+    small = key.lower()
+    near = difflib.get_close_matches(small, (*_KEYS, _TABLE), n=1, cutoff=0.8)
+    parts = [known for known in _KEYS if known.startswith(f"{small}_") or known.endswith(f"_{small}")]
+    return (near or parts or [""])[0]
+
+
+def wrong_key(path: Path, key: str, what: str, hint: str, *, below: tuple[str, ...] = ()) -> LogError:
+    """What is wrong with a key, by the line that it stands on; below: the tables around it."""
+    return LogError(f"{key}: {what}", hint=hint, path=path, line=key_line(path, (*below, key)))
 
 
 def _choice(path: Path, key: str, value: Any) -> StrEnum:

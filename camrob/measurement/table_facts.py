@@ -86,7 +86,7 @@ def read_table_facts(path: Path) -> TableFacts | None:
         raise wrong_key(path, "table", "is no table", "write [table], and the keys below it")
     for key in table:
         if key not in _KEYS:
-            raise wrong_key(path, str(key)[:40], "is not a key of [table]", f"use {', '.join(_KEYS)}")
+            raise _wrong(path, str(key)[:40], "is not a key of [table]", f"use {', '.join(_KEYS)}")
     orientation, source = _orientation(path, table.get("orientation"))
     columns = _columns(path, table.get("columns", {}))
     separator, header = _one_of(path, table, "separator", _SEPARATORS), _header(path, table.get("header", 1))
@@ -105,33 +105,38 @@ def read_table_facts(path: Path) -> TableFacts | None:
     )
 
 
+def _wrong(path: Path, key: str, what: str, hint: str) -> LogError:
+    """What is wrong with a key of [table], or with a column's."""
+    return wrong_key(path, key, what, hint, below=("table", "columns") if key in COLUMNS else ("table",))
+
+
 def _one_of(path: Path, table: Mapping[str, Any], key: str, choices: tuple[str, ...]) -> str:
     value = table.get(key, choices[0])
     if value not in choices:
-        raise wrong_key(path, key, f"is {str(value)[:40]!r}", f"use one of {', '.join(map(repr, choices))}")
+        raise _wrong(path, key, f"is {str(value)[:40]!r}", f"use one of {', '.join(map(repr, choices))}")
     return str(value)
 
 
 def _header(path: Path, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 1000:
-        raise wrong_key(path, "header", f"is {str(value)[:40]}", "give the line of the names, 0 where there is none")
+        raise _wrong(path, "header", f"is {str(value)[:40]}", "give the line of the names, 0 where there is none")
     return value
 
 
 def _column(path: Path, key: str, value: Any) -> str | int:
     if isinstance(value, bool) or not isinstance(value, str | int) or (isinstance(value, int) and value < 1):
-        raise wrong_key(path, key, f"is {str(value)[:40]}", "give a name of the header in quotes, or a number from 1")
+        raise _wrong(path, key, f"is {str(value)[:40]}", "give a name of the header in quotes, or a number from 1")
     return value
 
 
 def _columns(path: Path, given: Any) -> dict[str, Source]:
     if not isinstance(given, dict):
-        raise wrong_key(path, "columns", "is no table", 'write [table.columns], and below it A1 = "joint_1"')
+        raise _wrong(path, "columns", "is no table", 'write [table.columns], and below it A1 = "joint_1"')
     found = {}
     for name, value in given.items():
         if name not in COLUMNS or name in ORIENTATION:
             hint = f"use {', '.join(n for n in COLUMNS if n not in ORIENTATION)}; orientation stands in [table]"
-            raise wrong_key(path, str(name)[:40], "is not a column of a log", hint)
+            raise wrong_key(path, str(name)[:40], "is not a column of a log", hint, below=("table", "columns"))
         found[name] = _source(path, name, value if isinstance(value, dict) else {"column": value})
     return found
 
@@ -140,17 +145,17 @@ def _source(path: Path, name: str, given: Mapping[str, Any]) -> Source:
     if "value" in given:
         if set(given) - set(_ALIKE) or given.get("unit", "") not in _UNITS or not _is_number(given["value"]):
             hint = "{ value = 0 } is of an axis that stood still, or of a direction that the instrument doesn't see"
-            raise wrong_key(path, name, "is not understood", hint)
+            raise _wrong(path, name, "is not understood", hint)
         return Source(0, given.get("unit", ""), offset=float(given["value"]))
     unit, numbers = given.get("unit", ""), [given.get("scale", 1.0), given.get("offset", 0.0)]
     if set(given) - set(_OF_A_COLUMN) or unit not in _UNITS or not all(map(_is_number, numbers)) or not numbers[0]:
         hint = (
             '{ column = "torso", unit = "m" } says name and unit, scale = -0.001, offset = 5 that it is to be converted'
         )
-        raise wrong_key(path, name, "is not understood", hint)
+        raise _wrong(path, name, "is not understood", hint)
     item = given.get("item", 0)
     if isinstance(item, bool) or not isinstance(item, int) or item < 0:
-        raise wrong_key(path, name, f"item is {str(item)[:40]}", "give which of the cell's list it is, from 1")
+        raise _wrong(path, name, f"item is {str(item)[:40]}", "give which of the cell's list it is, from 1")
     return Source(_column(path, name, given.get("column")), unit, float(numbers[0]), float(numbers[1]), item)
 
 
@@ -162,9 +167,9 @@ def _step(path: Path, given: Any, *, timed: bool) -> float:
     if given is None:
         return 0.0
     if not _is_number(given) or given <= 0.0:
-        raise wrong_key(path, "step_s", f"is {str(given)[:40]}", "give the seconds from row to row, as in step_s = 0.1")
+        raise _wrong(path, "step_s", f"is {str(given)[:40]}", "give the seconds from row to row, as in step_s = 0.1")
     if timed:
-        raise wrong_key(path, "step_s", "stands beside a column t", "leave one of both")
+        raise _wrong(path, "step_s", "stands beside a column t", "leave one of both")
     return float(given)
 
 
@@ -175,9 +180,7 @@ def _rows(path: Path, given: Any) -> tuple[str | int, tuple[str, ...]] | None:
     values = values if isinstance(values, list) else [values]
     good = all(isinstance(v, str | int | float) and not isinstance(v, bool) for v in values)
     if not isinstance(given, dict) or set(given) != {"column", "is"} or not values or not good:
-        raise wrong_key(
-            path, "rows", "is not understood", 'write rows = { column = "run", is = 3 }, or is = ["a", "b"]'
-        )
+        raise _wrong(path, "rows", "is not understood", 'write rows = { column = "run", is = 3 }, or is = ["a", "b"]')
     return _column(path, "rows", given["column"]), tuple(map(str, values))
 
 
@@ -191,7 +194,7 @@ def _beside(path: Path, given: Any, separator: str, header: int) -> Beside | Non
         hint = (
             'write beside = "poses.txt", a file of this folder, or { file = "poses.txt", separator = " ", header = 0 }'
         )
-        raise wrong_key(path, "beside", "is not understood", hint)
+        raise _wrong(path, "beside", "is not understood", hint)
     own = {"separator": separator, **table}
     return Beside(name, _one_of(path, own, "separator", _SEPARATORS), _header(path, table.get("header", header)))
 
@@ -201,20 +204,18 @@ def _orientation(path: Path, given: Any) -> tuple[str, tuple[str | int, ...]]:
         return "abc", ()
     hint = 'write orientation = { as = "wxyz", columns = ["qw", "qx", "qy", "qz"] }'
     if not isinstance(given, dict) or set(given) != {"as", "columns"} or given["as"] not in list(ORIENTATIONS):
-        raise wrong_key(path, "orientation", "is not understood", f"{hint}, as one of {', '.join(ORIENTATIONS)}")
+        raise _wrong(path, "orientation", "is not understood", f"{hint}, as one of {', '.join(ORIENTATIONS)}")
     columns = given["columns"]
     if not isinstance(columns, list) or len(columns) != ORIENTATIONS[given["as"]]:
         count = ORIENTATIONS[given["as"]]
-        raise wrong_key(path, "orientation", f"{given['as']} has {count} columns", hint)
+        raise _wrong(path, "orientation", f"{given['as']} has {count} columns", hint)
     return given["as"], tuple(_column(path, "orientation", c) for c in columns)
 
 
 def _added(path: Path, given: Any) -> dict[str, str]:
     if not isinstance(given, dict):
-        raise wrong_key(path, "add", "is no table", 'write add = { A3 = "A2" }')
+        raise _wrong(path, "add", "is no table", 'write add = { A3 = "A2" }')
     for axis, other in given.items():
         if axis not in AXES or other not in AXES or axis == other:
-            raise wrong_key(
-                path, "add", f"{str(axis)[:10]} = {str(other)[:10]!r}", 'name two axes, as in { A3 = "A2" }'
-            )
+            raise _wrong(path, "add", f"{str(axis)[:10]} = {str(other)[:10]!r}", 'name two axes, as in { A3 = "A2" }')
     return dict(given)

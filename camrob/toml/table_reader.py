@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import CellError, InputError
+from camrob.toml.key_line import Place, key_line
 
 __all__ = ["PROVENANCES", "Faults", "TableReader"]
 
@@ -47,7 +48,7 @@ def _alike(key: str, among: Sequence[str]) -> str:
     from difflib import get_close_matches  # only a wrong key needs it
 
     near = get_close_matches(key, among, n=1, cutoff=_ALIKE)
-    return _short(near[0]) if near else ""
+    return near[0] if near else ""
 
 
 def _shown(value: Any) -> str:
@@ -64,7 +65,8 @@ class TableReader:
     Keys that nobody asked for are found by `finish`, which names those that somebody asked for, there or not. A number's
     provenance is that of the longest name in the file's `standing` that the key begins with; it is collected in `provenance`,
     which tables below share. `stated`: what the table above says of this one. With `needs_provenance`, every number below the
-    file's top needs one.
+    file's top needs one. `spot`: where the table stands in the file, so that an error names its line; or `line`, where the data
+    come from one line of a file that is no TOML.
     """
 
     def __init__(
@@ -77,8 +79,11 @@ class TableReader:
         provenance: dict[str, str] | None = None,
         stated: str | Mapping[str, str] | None = None,
         needs_provenance: bool = False,
+        spot: Place = (),
+        line: int = 0,
     ) -> None:
         self.path = path
+        self.spot = spot
         self.key = key
         self.error = error
         self.provenance = {} if provenance is None else provenance
@@ -87,6 +92,7 @@ class TableReader:
         self._asked: set[str] = set()
         self._stated: str | Mapping[str, str] | None = stated
         self._needs_provenance = needs_provenance
+        self._line = line
         if "standing" in data:
             self._stated = self._checked(data["standing"])
             self._used.add("standing")
@@ -103,9 +109,17 @@ class TableReader:
         """The dotted name of a key, of the table itself for ""."""
         return f"{self.key}.{key}" if self.key and key else self.key or key
 
-    def fail(self, key: str, what: str, hint: str) -> InputError:
-        """The error to raise for a key."""
-        return self.error(f"{self.place(key)}: {what}", hint=hint, path=self.path)
+    def fail(self, key: str, what: str, hint: str, *, stands: Place | None = None) -> InputError:
+        """The error to raise for a key, with its line, or that of its table where the key is not there; stands: where in the
+        table, where that is not the key itself.
+        """
+        keys: Place = (key,) if key in self._data else tuple(key.split("."))
+        return self._error(key, what, hint, keys if stands is None else stands)
+
+    def _error(self, key: str, what: str, hint: str, stands: Place) -> InputError:
+        """The error to raise for a key; stands: where in this table."""
+        line = self._line or key_line(self.path, (*self.spot, *stands))
+        return self.error(f"{self.place(key)}: {what}", hint=hint, path=self.path, line=line)
 
     def __contains__(self, key: str) -> bool:
         self._asked.add(key)
@@ -114,7 +128,8 @@ class TableReader:
     def _take(self, key: str, kind: str) -> Any:
         if key not in self._data:
             near = _alike(key, sorted(set(self._data) - self._used))
-            raise self.fail(key, "is missing", f"give {kind}" + (f"; is {near} meant for it?" if near else ""))
+            meant = f"; is {_short(near)} meant for it?" if near else ""
+            raise self._error(key, "is missing", f"give {kind}{meant}", (near or key,))
         self._used.add(key)
         return self._data[key]
 
@@ -220,6 +235,8 @@ class TableReader:
             provenance=self.provenance,
             stated=stated,
             needs_provenance=self._needs_provenance if needs_provenance is None else needs_provenance,
+            spot=(*self.spot, key),
+            line=self._line,
         )
 
     def tables(self, key: str) -> list[TableReader]:
@@ -242,6 +259,8 @@ class TableReader:
                     provenance=self.provenance,
                     stated=self._stated if isinstance(self._stated, str) else None,
                     needs_provenance=self._needs_provenance,
+                    spot=(*self.spot, key, i),
+                    line=self._line,
                 )
             )
         return readers
@@ -261,8 +280,8 @@ class TableReader:
         if unknown:
             known = sorted(self._used | self._asked)
             near = _alike(unknown[0], known)
-            hint = f"is it {near}?" if near else f"use {', '.join(known)}"
-            raise self.fail(_short(unknown[0]), "is not a key that camrob knows here", hint)
+            hint = f"is it {_short(near)}?" if near else f"use {', '.join(known)}"
+            raise self._error(_short(unknown[0]), "is not a key that camrob knows here", hint, (unknown[0],))
 
 
 class Faults:

@@ -305,8 +305,8 @@ BROKEN = [
     ('kind = "capsule"', 'kind = "mesh"\nscale = 1\nfile = "../../x.stl"', "is not a file in the cell's folder"),
     ('kind = "capsule"', 'kind = "egg"', "kind: is 'egg'"),
     ('E1 = "w_L", A3', 'E7 = "w_L", A3', "resolve.joint_engine.weights.E7: is not a joint of this cell"),
-    ("[1000, 24000]", "[24000, 1000]", "controller: spindle_rpm is [24000.0, 1000.0]; give [least, most]"),
-    ("[1000, 24000]", "[-1, 24000]", "controller: spindle_rpm is -1.0; write a number from 0"),
+    ("[1000, 24000]", "[24000, 1000]", "controller.spindle_rpm: is [24000, 1000]; give [least, most]"),
+    ("[1000, 24000]", "[-1, 24000]", "controller.spindle_rpm: is [-1, 24000]; give [least, most]"),
     ("[1000, 24000]", "24000", "controller.spindle_rpm: is 24000; give a list of 2"),
     ("act_ex_ax = 2", "act_ex_ax = 2\ntool_change_pose = [0, -90]", "tool_change_pose: is [0, -90]; give a list of 8"),
     (

@@ -72,7 +72,7 @@ def test_another_toolpath_does_not_go_on_with_it(job: Path, tmp_path: Path) -> N
         ("turns = 0", "turns: is 0"),
         (
             'cell = "kr15_track_tabel"',
-            "loop.toml: cell: there is no folder 'kr15_track_tabel', and no cell of that name",
+            "loop.toml:3: cell: there is no folder 'kr15_track_tabel', and no cell of that name",
         ),
         ('method = "magic"', "method: is 'magic'"),
         ("tolerence = 1", "tolerence: is not a key"),

@@ -54,7 +54,16 @@ _KINDS: tuple[tuple[Any, Kind], ...] = (
 # verb: the key of the file that a job is about, what it writes, and the values that a key may have
 VERBS: Mapping[str, tuple[str, Writes, Mapping[str, tuple[str, ...]]]] = MappingProxyType(
     {
-        "post": ("clfile", Writes.FOLDER, {"units": ("mm", "inch")}),
+        "post": (
+            "clfile",
+            Writes.FOLDER,
+            {
+                "units": ("mm", "inch"),
+                "method": ("vjm", "planned"),
+                "feed": ("program", "optimal"),
+                "device": ("cpu", "cuda"),
+            },
+        ),
         "verify": ("program", Writes.NOTHING, {}),
         "simulate": ("program", Writes.FILE, {}),
         "compensate": ("program", Writes.FOLDER, {}),

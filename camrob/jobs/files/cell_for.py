@@ -6,11 +6,14 @@ import tomllib
 from pathlib import Path
 
 from camrob.cell.cell import Cell
+from camrob.cell.cell_file import cell_file
 from camrob.cell.joint import Role
 from camrob.cell.read_cell import read_cell
+from camrob.cell.read_controller import controller_key
 from camrob.errors import CellError
 from camrob.languages import LANGUAGES, language_named
 from camrob.program.language import Language
+from camrob.toml.key_line import key_line
 
 __all__ = ["cell_for", "language_for", "language_of"]
 
@@ -26,12 +29,15 @@ def cell_for(verb: str, path: str | Path) -> Cell:
         if follows and not cell.indices(Role.WORKPIECE):
             what = "kinematics.base_follows_table is true, and the cell has no table: no joint's role is workpiece"
             hint = "set it to false, and take base_template, act_ex_ax or mechanical_unit away"
-            raise CellError(what, hint=hint, path=cell.folder / "cell.toml")
+            file = cell_file(Path(path))
+            raise CellError(what, hint=hint, path=file, line=key_line(file, ("kinematics", "base_follows_table")))
         try:
             home = cell.to_axis_values(cell.q_home).tolist()
             language_named(cell.controller.language).settings(cell.controller, follows_table=follows, home=home)
         except CellError as e:
-            raise CellError(f"controller: {e.what}", hint=e.hint, path=cell.folder / "cell.toml") from None
+            file = cell_file(Path(path))
+            line = key_line(file, ("controller", *controller_key(e.what)))
+            raise CellError(f"controller: {e.what}", hint=e.hint, path=file, line=line) from None
     return cell
 
 

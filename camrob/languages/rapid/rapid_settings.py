@@ -45,13 +45,13 @@ def rapid_settings(controller: ControllerSettings) -> RapidSettings:
     unit, tool = (_word(own.pop(key, ""), key) for key in ("mechanical_unit", "tool_data"))
     units = own.pop("active_units", [])
     if not isinstance(units, list | tuple):
-        raise CellError("controller.active_units is no list", hint='write ["STN1"]')
+        raise CellError("active_units is no list", hint='write ["STN1"]')
     speed = own.pop("ptp_speed", None)
     if not isinstance(speed, list | tuple) or len(speed) != 4 or not all(_positive(v) for v in speed):  # a speeddata
         hint = "write [mm/s, degrees/s, mm/s, degrees/s] of tool, turning and external axes"
-        raise CellError(f"controller.ptp_speed is {speed!r}"[:80], hint=hint)
+        raise CellError(f"ptp_speed is {speed!r}"[:80], hint=hint)
     if own:
-        raise CellError(f"controller.{min(own)} is nothing that RAPID takes", hint="leave it out")
+        raise CellError(f"{min(own)} is nothing that RAPID takes", hint="leave it out")
     tcp, ori, leax, reax = (float(v) for v in speed)
     return RapidSettings(unit, tuple(_word(u, "active_units") for u in units), tool, (tcp, ori, leax, reax))
 
@@ -80,7 +80,7 @@ def _word(value: object, key: str) -> str:
     if value == "" and key != "active_units":
         return ""
     if not isinstance(value, str) or not _NAME.fullmatch(value):
-        raise CellError(f"controller.{key} is {value!r}"[:80], hint="write a name of RAPID: letters, digits and _")
+        raise CellError(f"{key} is {value!r}"[:80], hint="write a name of RAPID: letters, digits and _")
     return value
 
 
