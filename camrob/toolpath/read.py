@@ -18,6 +18,7 @@ from camrob.toolpath.foreign import refuse_foreign
 from camrob.toolpath.recognise import looks_like_gcode
 from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
 from camrob.toolpath.toolpath import Toolpath
+from camrob.units import m_to_mm
 
 __all__ = ["read_toolpath"]
 
@@ -133,7 +134,7 @@ def _in_the_world(toolpath: Toolpath, path: Path) -> Toolpath:
         if len(far):
             away = float(np.abs(np.asarray(region.position)[far[0]]).max())
             raise ToolpathError(
-                f"a point lies {away:.3g} m away",
+                f"a point lies {m_to_mm(away):.0f} mm away",
                 hint="correct the coordinate, or the units",
                 path=path,
                 line=int(region.line[far[0]]),

@@ -13,7 +13,7 @@ from camrob.toolpath.apt.lexer import Statement, number_of
 from camrob.toolpath.apt.state import Curve, Machine
 from camrob.toolpath.region import Move
 from camrob.toolpath.sampling import arc_angle, arc_radius, sample_arc
-from camrob.units import mm_to_m, rad_to_deg
+from camrob.units import m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["Nurbs", "arc_of", "arc_to", "circle", "indirv", "tlon", "turned_by"]
 
@@ -121,8 +121,9 @@ def arc_to(
     r0, r1 = arc_radius(start, center, axis), arc_radius(end, center, axis)
     slack = max(mm_to_m(_MISFIT_MM), 1e-4 * r0)
     if abs(r0 - r1) > slack or (radius > 0.0 and abs(r0 - radius) > slack):
+        said = ", ".join(f"{m_to_mm(r):.3f}" for r in (r0, r1, radius) if r > 0.0)
         raise ToolpathError(
-            f"an arc's start, end and radius do not lie on one circle (radii {r0:.6f}, {r1:.6f} m)",
+            f"an arc's start, end and radius do not lie on one circle (radii {said} mm)",
             hint="a point before it is missing, or the centre is wrong; output the path again",
             line=line,
         )
@@ -207,7 +208,11 @@ class Nurbs:
         control = m.to_part(np.array(self.control).reshape(-1, 3))
         if float(np.linalg.norm(control[0] - m.position)) > mm_to_m(_FLAT_MM):
             control = np.vstack([m.position, control])
-        points = sample_spline(clamped_spline(control, np.array(self.knots)), m.chord, m.angle)
+        try:
+            curve = clamped_spline(control, np.array(self.knots))
+        except ToolpathError as error:
+            raise ToolpathError(error.what, hint=error.hint, line=self.line) from None
+        points = sample_spline(curve, m.chord, m.angle)
         feed = m.cut_feed(self.line)
         m.begin_curve(False)
         m.builder.points(points, m.position_axis, feed, Move.CUT, self.line)

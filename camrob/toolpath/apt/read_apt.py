@@ -22,6 +22,7 @@ from camrob.toolpath.sampling import ANGLE_TOLERANCE, CHORD_TOLERANCE
 from camrob.toolpath.split import split_at_turns
 from camrob.toolpath.toolpath import Toolpath
 from camrob.toolpath.toolpath_builder import clean_text
+from camrob.units import m_to_mm
 
 __all__ = ["read_cl"]
 
@@ -163,6 +164,7 @@ def _doubts(machine: Machine) -> list[Finding]:
     extent = float(np.max(high - low))
     widest = max((tool.diameter for tool in machine.tools.values()), default=0.0)
     if extent > _LARGEST_M or widest > 0.1 * _LARGEST_M or (machine.feeds.units == "inch" and widest > 0.1):
-        text = f"the path spans {extent:.2f} m and the widest cutter {widest:.3f} m: is {machine.feeds.units} right?"
+        sizes = f"the path spans {m_to_mm(extent):.0f} mm and the widest cutter {m_to_mm(widest):.1f} mm"
+        text = f"{sizes}: is {machine.feeds.units} right?"
         found.append(Finding("units-odd", text, Severity.WARNING))
     return found

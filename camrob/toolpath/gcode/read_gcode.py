@@ -24,6 +24,7 @@ from camrob.toolpath.recognise import GCODE_LINE
 from camrob.toolpath.region import Region
 from camrob.toolpath.toolpath import Tool, Toolpath
 from camrob.toolpath.toolpath_builder import clean_text
+from camrob.units import m_to_mm
 
 __all__ = ["KINEMATICS", "read_gcode"]
 
@@ -248,7 +249,9 @@ def _suspect_size(regions: tuple[Region, ...], grower: PathGrower) -> None:
     extent = float(np.max(high - low))
     if extent > _LARGE:
         grower.note(
-            "size-implausible", f"the path is {extent:.1f} m long or wide: check the units", regions[0].first_line
+            "size-implausible",
+            f"the path is {m_to_mm(extent):.0f} mm long or wide: check the units",
+            regions[0].first_line,
         )
 
 
