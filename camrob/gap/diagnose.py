@@ -16,6 +16,7 @@ from camrob.controller.replay import program_cell
 from camrob.errors import CellError, LogError, ProgramError, UnreachableError
 from camrob.gap.conformance import effect_faults
 from camrob.gap.diagnosis import Diagnosis, PathError
+from camrob.gap.effects.at_their_stage import at_their_stage
 from camrob.gap.effects.effect import Effect
 from camrob.gap.effects.registry import library
 from camrob.gap.evidence.comparison import compare
@@ -237,7 +238,9 @@ def _taking_part(
 ) -> tuple[Effect, ...]:
     """The effects that are compared on some logs. Raises what `diagnose` does, of logs and of a cell's own effects."""
     check_believable(kept_out)
-    taken = _started(_seen_by([*scenes, *kept_out], effects), check_believable(scenes))
+    of_cell = [e for e in effects if e in extra]
+    shown = (*at_their_stage([e for e in effects if e not in of_cell], scenes), *of_cell)
+    taken = _started(_seen_by([*scenes, *kept_out], shown), check_believable(scenes))
     for effect in extra:
         faults = effect_faults(effect, [*scenes, *kept_out])
         if faults:

@@ -173,6 +173,11 @@ class Effect:
     stands_in: str = ""
 
     @property
+    def in_gears(self) -> bool:
+        """True where it is what a gear does: it follows an axis's direction alone, behind its encoder."""
+        return self.stages == ("encoder_to_tcp",) and self.regimes == ("direction",)
+
+    @property
     def compensable(self) -> bool:
         """True where at least a part of it can be handed to `compensate`."""
         return self.terms is not no_terms

@@ -16,6 +16,7 @@ from camrob.gap.evidence.predicted import expected, stays_where_fitted
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, figures, shrinkage, trial_of
 from camrob.gap.handover import Handover, hand_over
+from camrob.gap.observation.two_encoders import motors_follow
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.at_drives import (
@@ -49,7 +50,7 @@ from camrob.gap.verdict.remains import (
 )
 from camrob.gap.verdict.simpler_kin import shown_by_simpler
 from camrob.gap.verdict.wider import shown_by_wider
-from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, motors_follow, stages_within
+from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
 from camrob.units import m_to_mm
 
@@ -114,8 +115,9 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *worse], drives))
     against = any_course(model, drives.intersection(n for n, p in probability.items() if p >= 0.5))
     probability |= {n: min(probability[n], BELIEF.unclear) for n in against}
-    in_gears = behind_motors(model, drives, motors_follow(model.scenes))
-    wrong = in_gears | misread(model, trial, together, drives)
+    motors = {e.name for e in library if e.regimes != ("direction",)}
+    not_drives = behind_motors(model, drives & motors, motors_follow(model.scenes))
+    wrong = not_drives | misread(model, trial, together, drives)
     probability |= {n: probability[n] * BELIEF.impossible for n in wrong if n in probability}
     named = [n for n, p in probability.items() if p >= 0.5]
     if claims(model, probability) != members:

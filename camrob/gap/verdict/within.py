@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.observation.scene import Scene
+from camrob.gap.observation.two_encoders import motors_follow
 from camrob.kinematics.frames import base_T_tool
 from camrob.summaries.diagnosis_places import StageWithin
 from camrob.units import m_to_mm, rad_to_deg
 
-__all__ = ["BEYOND", "Stage", "drives_beyond", "drives_on_work", "motors_follow", "stages_within", "tolerance_of"]
+__all__ = ["BEYOND", "Stage", "drives_beyond", "drives_on_work", "stages_within", "tolerance_of"]
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,6 @@ BEYOND = "beyond"
 
 _LOUD = 1.25  # times its noise that a gap within it may be, as its rms is not known better
 _LEFT = 0.45  # of the noise: structure that is more than the nuisances of all that is absent
-_BEHIND = 0.2  # of the energy between set-point and link, that the motor's own encoder may show to be in the drive at the most
 _STEP = 1e-6  # rad or m, of the difference quotient
 _SOME = 300  # samples that tell an axis's lever over the work well enough
 _SHOWN = 1.3  # times the stated noise that may show before the instrument isn't what was stated
@@ -89,26 +89,6 @@ def drives_beyond(scenes: Sequence[Scene], noise: float) -> tuple[str, str]:
         words += "; its motor's own encoder follows the set-point, so that this lies between motor and link: "
         words += "the gear, its play or its wind-up"
     return axis, words
-
-
-def motors_follow(scenes: Sequence[Scene]) -> frozenset[str]:
-    """Axes of which most of what lies between set-point and link lies behind the motor, whose own encoder every log has: no drive
-    did that.
-    """
-    found = []
-    for k, axis in enumerate(scenes[0].axes):
-        drive, whole = 0.0, 0.0
-        for scene in scenes:
-            motor = scene.motor(axis)
-            if motor is None or scene.setpoint is None or scene.servo_gap is None:
-                break
-            off, all_of = motor - scene.setpoint[:, k], scene.servo_gap[:, k]
-            drive += float(np.sum((off - off.mean()) ** 2))
-            whole += float(np.sum((all_of - all_of.mean()) ** 2))
-        else:
-            if drive < _BEHIND * whole:
-                found.append(axis)
-    return frozenset(found)
 
 
 def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, noise: float) -> Stage:
