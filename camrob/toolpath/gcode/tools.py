@@ -39,15 +39,16 @@ def take_length(block: Block, modal: Modal) -> None:
 
 
 def refuse_other_length(modal: Modal, tool: int) -> None:
-    """Before a cut. Raises ToolpathError where the tool has cut with another length before."""
-    if modal.length is None:
+    """Before a cut. Raises ToolpathError where the tool has cut with another length before, or with none."""
+    if modal.length is None and (modal.edges or modal.measured):  # which one it is the machine knows
         return
     first = modal.lengths.setdefault(tool, modal.length)
     if first != modal.length:
         letter = "D" if modal.edges else "H"
         raise ToolpathError(
-            f"a cut with {letter}{modal.length:g} behind cuts of the same tool with {letter}{first:g}: how its lengths lie to "
-            "each other only the machine's table says",
+            f"a cut with {letter}{modal.length:g} behind cuts of the same tool "
+            + ("without any length" if first is None else f"with {letter}{first:g}")
+            + ": how its lengths lie to each other only the machine's table says",
             hint="give what belongs to each a tool, or a program, of its own",
         )
 

@@ -26,7 +26,7 @@ class Offsets:
         self.edges = False  # D names the tool's length, too (Siemens)
         self._measured = ""  # whether G43 or G49 is in force, "" as long as no length has been named
         self._number = ""  # of the length in force: H, or Siemens' D
-        self._cut_with: dict[float, float] = {}  # by tool
+        self._cut_with: dict[float, str] = {}  # by tool, "" for no length
 
     def block(self, g: Sequence[str], m: Sequence[str], words: Mapping[str, str], line: int) -> None:
         """G40, G41, G42 and D: no radius behind D0, and one of the control's own behind any other and behind a change of tool."""
@@ -56,10 +56,11 @@ class Offsets:
         """Before a cut: why it isn't known how long the tool is, as compared with its cuts before; "" where it is."""
         if self._measured == "off":
             return "a cut without the tool's length (G49), behind others with it"
-        if not self._number:
+        if not self._number and (self.edges or self._measured):
             return ""
         mounted = next((event.value for event in reversed(self._tell.events) if event.kind is Kind.TOOL), 0.0)
-        same = self._cut_with.setdefault(mounted, float(self._number)) == float(self._number)
+        number = f"{float(self._number):g}" if self._number else ""
+        same = self._cut_with.setdefault(mounted, number) == number
         return "" if same else "a cut with another of the tool's lengths than before"
 
     def comment(self, s: Statement) -> None:

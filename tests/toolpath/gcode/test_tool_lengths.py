@@ -41,6 +41,22 @@ def test_g49_before_g43_and_behind_the_last_cut_is_as_it_was(tmp_path: Path, tex
     assert read_story(file).gaps == ()
 
 
+@pytest.mark.parametrize("word", ["G43 H2", "G43.4 H1", "H3"])
+def test_a_length_behind_cuts_of_the_same_tool_without_any(tmp_path: Path, word: str) -> None:
+    """LinuxCNC's interpreter moves what follows by the table's length; the program lay 2.54 mm off, verified whole."""
+    file = tmp_path / "a.nc"
+    file.write_text(HEAD + "Z20.\n" + CUT + word + "\nG91\nG1 Z-51. F300\nX5.\nG90\nG0 Z50.\nM30\n", encoding="utf-8")
+    with pytest.raises(ToolpathError, match="behind cuts of the same tool without any length"):
+        read_toolpath(file, dialect="gcode-xyzac-iso")
+    assert any("tool's lengths" in gap.text for gap in read_story(file, dialect="gcode-xyzac-iso").gaps)
+    other = tmp_path / "b.nc"  # each tool has its own: the first one is set by its tip
+    other.write_text(
+        HEAD + "Z20.\n" + CUT + "T2 M6\nS5000 M3\nG0 X0 Y0\nG43 H2 Z20.\n" + CUT + "M30\n", encoding="utf-8"
+    )
+    assert read_story(other).gaps == ()
+    assert len(read_toolpath(other).regions) == 2
+
+
 def test_the_witness_reads_tool_axes_by_vectors(tmp_path: Path) -> None:
     file = tmp_path / "a.nc"
     text = (
