@@ -98,6 +98,7 @@ def test_a_subprogram_behind_the_end_of_the_tape(tmp_path: Path) -> None:
 def test_a_hole_behind_a_turned_table_is_refused_for_the_machine_s_coordinates(tmp_path: Path) -> None:
     with pytest.raises(ToolpathError, match="tool centre point is off") as caught:
         ends(
-            tmp_path, "B0\nG43 H5\nG81 X5. Y0 Z-3. R2. F40\nG80\nG0 Z50.\nB180.\nG0 X0 Y0\nG43 H5 Z50.\nG81 Z-3. R2. F40\nG80\n"
+            tmp_path,
+            "B0\nG43 H5\nG81 X5. Y0 Z-3. R2. F40\nG80\nG0 Z50.\nB180.\nG0 X0 Y0\nG43 H5 Z50.\nG81 Z-3. R2. F40\nG80\n",
         )
-    assert caught.value.line == 12
+    assert caught.value.line == 13

@@ -128,7 +128,7 @@ def test_klartext_vectors(tell) -> None:
         "ROT X30",
         "G1 X3 C=DC(180)",
         "G3 X1 I=AC(5) J0",
-        "CIP X1 Y1 I1=2 J1=3",
+        "CIP X1 Y1 K1=5 I1=2 J1=3",
         "POCKET",
         "G33 Z-5 K1",
         "TRANS X=R1",

@@ -122,9 +122,9 @@ def test_cycle800_without_brackets_ends_its_frames(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("block", "match"),
     [
-        ("G2 AR=90 I5 J0", "opening angle"),
-        ("G1 AP=45 RP=10", "a polar motion"),
-        ("G1 ANG=45 X20", "a straight line by its angle"),
+        ("G2 AR=90 I5 J0 X5", "AR= without a centre or an end, or with both"),
+        ("G1 AP=45", "a polar motion"),
+        ("G1 ANG=45 X-20", "a line that doesn't lead to its end"),
     ],
 )
 def test_words_that_are_refused_by_name(tmp_path: Path, block: str, match: str) -> None:

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ PART: Plane = ((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 """The plane that is the part's own."""
 
 
+_ROT = re.compile(r"(?:(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis
 _PLAIN = 57  # A about X, B about the new Y, C about the new Z
 _AXES = 0b00111111  # of MODE: three axes, two bits each (1: X, 2: Y, 3: Z), the first turn in the lowest
 _KIND = 0b11000000  # of MODE: 0: axis by axis
@@ -36,6 +38,36 @@ class Frame:
     def plain(self) -> bool:
         """Whether there is none."""
         return self._frame.plain
+
+    def by_angle(
+        self,
+        kind: str,
+        rest: str,
+        plane: float | None,
+        numbers: Callable[[str], list[float | None]],
+    ) -> ProgramFrame:
+        """ROT or AROT with what stands behind it. Raises ToolpathError for a turn about another axis than the tool's."""
+        turn = _ROT.fullmatch(rest)
+        if turn is None:
+            raise ToolpathError(
+                f"a turned frame ({kind} about X or Y) is not read",
+                hint="have the CAM system turn the path, or use CYCLE800",
+            )
+        (angle,) = numbers(turn[1]) if turn[1] else [0.0]
+        if plane != 17.0:
+            raise ToolpathError("ROT in another plane than G17", hint="have the CAM system turn the path")
+        return self.turned(angle or 0.0, adds=kind.startswith("A"))
+
+    def by_axes(self, kind: str, found: Mapping[str, float]) -> ProgramFrame:
+        """TRANS, MIRROR, SCALE or what adds to them. Raises ToolpathError for an axis that turns."""
+        if set(found) - set("XYZ"):
+            raise ToolpathError(f"{kind} of another axis than X, Y, Z", hint="put it into the work offset")
+        adds = kind.startswith("A")
+        if kind.endswith("TRANS"):
+            return self.moved(found, adds=adds)
+        if kind.endswith("MIRROR"):
+            return self.mirrored("".join(found), adds=adds)
+        return self.scaled(found, adds=adds)
 
     def moved(self, by: Mapping[str, float], *, adds: bool) -> ProgramFrame:
         """By lengths in the program's unit, along the axes as they are."""

@@ -5,34 +5,38 @@ from __future__ import annotations
 import re
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
 
 __all__ = [
     "CODES",
+    "CORNERS",
     "REFUSED",
     "REFUSED_G",
-    "SILENT",
     "SILENT_CALLS",
     "SILENT_G",
+    "cornered",
     "fixed_point",
+    "keyword_of",
     "no_word",
-    "stands",
     "with_brackets",
 ]
 
+CORNERS = {"RND": ROUND, "CHR": LEG, "CHF": BASE}
 CODES = {70: 20, 700: 20, 71: 21, 710: 21}  # inch and metric
 # how fast and how exactly the path is run, compressors, feed forward: not where it goes
 SILENT_G = frozenset((9, 60, 64, 450, 451, 601, 602, 603, 641, 642, 643, 644, 645, 460, 461, 462, 290, 94.1))
-SILENT = frozenset(
+_SILENT = frozenset(
     "SOFT BRISK DRIVE FFWON FFWOF COMPON COMPOF COMPCURV COMPCAD COMPSURF UPATH SPATH CUT2D CUT2DF STOPRE DYNNORM DYNPOS "
     "DYNROUGH DYNSEMIFIN DYNFINISH DYNPREC ORIWKS ORIMKS ORIAXES ORIVECT ORIPLANE ORISON ORISOF CDOF CDOF2 CDON WALIMON WALIMOF "
     "RTLION RTLIOF CFIN CFC CFTCP DIAMOF FENDNORM PTPG0 SAVE DISPLOF ADISPOS KONT NORM SBLON SBLOF FNORM "
     "FIFOCTRL TOFFOF CUTCONOF TCOFR TCOABS".split()
 )
+_DONE = ("TRAORI", "TRAFOOF", "SUPA", "RET", "CIP", "CT")
 SILENT_CALLS = frozenset(
     "CYCLE832 FGROUP FGREF MSG GROUP_BEGIN GROUP_END GROUP_ADDEND WORKPIECE EXTERN WRITE SETMS".split()
 )
-# poles, threads, limits, a turned table's centring, soft approaches
-REFUSED_G = frozenset((5, 7, 25, 26, 33, 63, 110, 111, 112, 147, 148, 247, 248, 291, 331, 332))
+# threads, limits, a turned table's centring, soft approaches
+REFUSED_G = frozenset((5, 7, 25, 26, 33, 63, 147, 148, 247, 248, 291, 331, 332))
 REFUSED = {
     "ROT": "a turned frame (ROT about X or Y)",
     "AROT": "a turned frame (AROT about X or Y)",
@@ -49,12 +53,6 @@ REFUSED = {
     "AMIRROR": "mirroring",
     "SCALE": "scaling",
     "ASCALE": "scaling",
-    "AR": "an arc by its opening angle (AR=)",
-    "AP": "a polar motion (AP=)",
-    "RP": "a polar motion (RP=)",
-    "ANG": "a straight line by its angle (ANG=)",
-    "CIP": "an arc through a point (CIP)",
-    "CT": "a tangential arc (CT)",
     "BSPLINE": "a spline",
     "ASPLINE": "a spline",
     "CSPLINE": "a spline",
@@ -113,7 +111,27 @@ def fixed_point(text: str) -> str:
     return "G0 SUPA " + re.sub(r"([XYZABC])1=", r"\1=", rest)
 
 
-def stands(word: str, rest: str) -> bool:
+def cornered(name: str, value: float, before: Corner | None) -> Corner | None:
+    """The corner that RND, CHR or CHF makes, of a block that has `before` already; None for one without a size."""
+    if value < 0.0 or before is not None:
+        raise ToolpathError(f"{name}={value:g}: no corner, or one of two", hint="check the block")
+    return Corner(CORNERS[name], value) if value else None
+
+
+def keyword_of(rest: str) -> str:
+    """The longest keyword that stands here, "" where none does. Raises ToolpathError for a word that nobody knows."""
+    names = [k for k in (*_SILENT, *REFUSED, *_DONE) if _stands(k, rest)]
+    name = max(names, key=len, default="")
+    whole_word = re.match(r"[A-Z_]{3,}[A-Z0-9_]*", rest)
+    if not name and whole_word and not re.match(r"(?:TURN|RND|CHR|CHF|ANG)=", rest):
+        raise ToolpathError(
+            f"{whole_word[0]} is not known here: a subprogram that is not in this file, or a word of the control",
+            hint="append the subprogram behind a line %_N_NAME_SPF, or have the post-processor write plain blocks",
+        )
+    return name if len(name) > 1 else ""
+
+
+def _stands(word: str, rest: str) -> bool:
     """Whether the word begins `rest`, and no longer one does."""
     if word in _GIVEN:
         return rest.startswith(f"{word}=")

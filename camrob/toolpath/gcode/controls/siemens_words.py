@@ -12,19 +12,21 @@ from camrob.toolpath.gcode.controls.siemens_cycles import CYCLES, NOT_DONE, TAPS
 from camrob.toolpath.gcode.controls.siemens_frames import PART, Frame, swivel
 from camrob.toolpath.gcode.controls.siemens_grammar import GRAMMAR, signed
 from camrob.toolpath.gcode.controls.siemens_patterns import PATTERNS, places
+from camrob.toolpath.gcode.controls.siemens_shapes import KEYS, Shapes
 from camrob.toolpath.gcode.controls.siemens_vocabulary import (
     CODES,
+    CORNERS,
     REFUSED,
     REFUSED_G,
-    SILENT,
     SILENT_CALLS,
     SILENT_G,
+    cornered,
     fixed_point,
+    keyword_of,
     no_word,
-    stands,
     with_brackets,
 )
-from camrob.toolpath.gcode.corner import BASE, LEG, ROUND, Corner
+from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.language.formulas import Reader, whole
 from camrob.toolpath.gcode.lexer import Block, Word, assemble
 from camrob.units import INCH_MM
@@ -34,10 +36,8 @@ __all__ = ["SiemensWords"]
 _TOLERANCE = re.compile(r"\b(?:[CO]TOL|ADIS(?:POS)?)=[-+0-9.]+")  # of the compressor, and of smoothed corners
 _CALL = re.compile(r"([A-Z_][A-Z0-9_]*)\(")
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
-_ADDRESS = re.compile(r"((?:A3|B3|C3|CR|TURN|S1|M1|RND|CHR|CHF)(?==)|[A-Z])(=)?")
-_CORNERS = {"RND": ROUND, "CHR": LEG, "CHF": BASE}
+_ADDRESS = re.compile(rf"((?:A3|B3|C3|CR|TURN|S1|M1|RND|CHR|CHF|{'|'.join(KEYS)})(?==)|[A-Z])(=)?")
 _FRAME = re.compile(r"(A?(?:TRANS|ROT|MIRROR|SCALE))(?=$|[ XYZ])(?!MIT)")
-_ROT = re.compile(r"(?:(?:Z|RPL)=?([^ ,]+))?")  # about the tool's axis; other turns are refused
 
 
 class SiemensWords:
@@ -53,6 +53,7 @@ class SiemensWords:
         self._hole: Hole | None = None  # MCALL
         self._frame = Frame()
         self._swivelled = False  # CYCLE800
+        self._shapes = Shapes(state)
 
     def number_of(self, name: str) -> float | None:
         """The number of the set-up's tool of that name."""
@@ -132,6 +133,7 @@ class SiemensWords:
             values = [0.0 if value is None else value for value in self._arguments(inner)]
             plane = swivel(values)
             self._swivelled = plane not in (None, PART)
+            self._shapes.reframed()
             yield Block(line, {}, plane=plane, aligned=True)
         elif name not in SILENT_CALLS:
             raise ToolpathError(
@@ -156,34 +158,18 @@ class SiemensWords:
         return out
 
     def _framed(self, kind: str, text: str, line: int) -> Iterator[Block]:
-        """TRANS, ROT, MIRROR, SCALE and what adds to them. Raises ToolpathError for turns about other axes than the tool's."""
-        adds = kind.startswith("A")
-        if self._swivelled and not adds:
+        """TRANS, ROT, MIRROR, SCALE and what adds to them."""
+        if self._swivelled and not kind.startswith("A"):
             raise ToolpathError(
                 f"{kind} on top of CYCLE800: whether its plane stays is the machine's",
                 hint=f"use A{kind}, which adds to it",
             )
-        name, rest = kind.removeprefix("A"), text.removeprefix(kind).strip()
-        if name == "ROT":
-            turn = _ROT.fullmatch(rest)
-            if turn is None:
-                raise ToolpathError(
-                    f"{REFUSED['ROT']} is not read", hint="have the CAM system turn the path, or use CYCLE800"
-                )
-            (angle,) = self._arguments(turn[1]) if turn[1] else [0.0]
-            if self._state("plane") != 17.0:
-                raise ToolpathError("ROT in another plane than G17", hint="have the CAM system turn the path")
-            frame = self._frame.turned(angle or 0.0, adds=adds)
+        rest = text.removeprefix(kind).strip()
+        if kind.endswith("ROT"):
+            frame = self._frame.by_angle(kind, rest, self._state("plane"), self._arguments)
         else:
-            found = {letter: value for letter, value, _ in self._found(rest)}
-            if set(found) - set("XYZ"):
-                raise ToolpathError(f"{kind} of another axis than X, Y, Z", hint="put it into the work offset")
-            if name == "TRANS":
-                frame = self._frame.moved(found, adds=adds)
-            elif name == "MIRROR":
-                frame = self._frame.mirrored("".join(found), adds=adds)
-            else:
-                frame = self._frame.scaled(found, adds=adds)
+            frame = self._frame.by_axes(kind, {letter: value for letter, value, _ in self._found(rest)})
+        self._shapes.reframed()
         yield Block(line, {}, frame=frame)
 
     # -- plain words -------------------------------------------------------------------------------------------
@@ -195,7 +181,12 @@ class SiemensWords:
         self._distance = 90.0 + float(said[-1]) if said else self._state("distance")
         self._vector: dict[str, float] = {}
         self._corner: Corner | None = None
+        self._own, self._kind = dict[str, float](), ""
         found = self._found(text)
+        if (rest := self._shapes.pole(found, self._own)) is not None:
+            found, self._own = rest, {}
+        if self._shapes.said(found, self._kind) or self._own:
+            found = self._shaped(found)
         if self.one_name:
             found = [w for w in found if w[:2] != ("M", 6.0)]
         letters = {letter for letter, _, _ in found}
@@ -228,7 +219,11 @@ class SiemensWords:
         if self._vector:
             vector = tuple(self._vector.get(k, 0.0) for k in ("A3", "B3", "C3"))
         ways = tuple((letter, how) for letter, how in self._ways.items() if letter in block.words)
+        self._shapes.begins()
         yield block._replace(vector=vector, note=self._note, corner=self._corner, ways=ways)
+        if axes or (self._center | set(block.words)) & set("IJK"):
+            sure = self._goes and self._corner is None and not self._center and mode == before
+            self._shapes.ends(block.words, sure=sure)
         if self._center:
             yield Block(line, {}, (911,))
         if mode != before:
@@ -236,15 +231,29 @@ class SiemensWords:
         if back is not None:
             yield Block(line, {}, (int(back * 10.0),))
 
-    def _stepped(self, word: tuple[str, float, bool]) -> tuple[str, float, bool]:
-        """A step of one axis in a block whose others name places, as the place that it leads to."""
-        letter, step, point = word
+    def _shaped(self, found: list[Word]) -> list[Word]:
+        """Words of which some say in Siemens' own ways where the block leads to."""
+        if self._machine or (self._distance == 91.0 and self._absolute | self._center):
+            raise ToolpathError(
+                "a polar motion, AR=, ANG=, CIP or CT with AC in G91, or by the machine", hint="use G90"
+            )
+        found = [self._stepped(w) if w[0] in self._relative else w for w in found]
+        found = [(k, v - self._at("XYZ"["IJK".index(k)]), w) if k in self._center else (k, v, w) for k, v, w in found]
+        self._relative, self._absolute, self._center = set(), set(), set()
+        return self._shapes.shaped(found, self._own, steps=self._distance == 91.0)
+
+    def _at(self, letter: str) -> float:
         at = self._state(f"at {letter}")
         if at is None:
             raise ToolpathError(
                 f"IC of {letter} from a place that is not known", hint="write all of a block's axes alike"
             )
-        return letter, at + step, point
+        return at
+
+    def _stepped(self, word: tuple[str, float, bool]) -> tuple[str, float, bool]:
+        """A step of one axis in a block whose others name places, as the place that it leads to."""
+        letter, step, point = word
+        return letter, self._at(letter) + step, point
 
     def _found(self, text: str) -> list[Word]:
         """The words of a text."""
@@ -255,7 +264,7 @@ class SiemensWords:
                 continue
             rest = reader.rest
             name = _NAME.match(rest)
-            keyword = self._keyword(rest) if name else ""
+            keyword = keyword_of(rest) if name else ""
             if keyword:
                 reader.at += len(keyword)
                 self._said(keyword, found, reader)
@@ -266,18 +275,6 @@ class SiemensWords:
             reader.at += match.end()
             self._address(match[1], match[2] is not None, reader, found)
         return found
-
-    def _keyword(self, rest: str) -> str:
-        """The longest keyword that stands here, "" where none does."""
-        names = [k for k in (*SILENT, *REFUSED, "TRAORI", "TRAFOOF", "SUPA", "RET") if stands(k, rest)]
-        name = max(names, key=len, default="")
-        whole_word = re.match(r"[A-Z_]{3,}[A-Z0-9_]*", rest)
-        if not name and whole_word and not re.match(r"(?:TURN|RND|CHR|CHF)=", rest):
-            raise ToolpathError(
-                f"{whole_word[0]} is not known here: a subprogram that is not in this file, or a word of the control",
-                hint="append the subprogram behind a line %_N_NAME_SPF, or have the post-processor write plain blocks",
-            )
-        return name if len(name) > 1 else ""
 
     def _said(self, keyword: str, found: list[Word], reader: Reader) -> None:
         if keyword in REFUSED:
@@ -292,6 +289,8 @@ class SiemensWords:
             self._note = (
                 "ORIAXES: between two tool vectors rotary axes would turn evenly; here the tool takes the great arc"
             )
+        elif keyword in ("CIP", "CT"):
+            self._kind = keyword
         elif keyword == "SUPA":
             self._machine = True
         elif keyword == "RET":
@@ -308,15 +307,19 @@ class SiemensWords:
         value = reader.expression() if equals else signed(reader)
         if value is None or math.isnan(value):
             raise reader.fail(f"no value behind {name}")
+        if how and how[1] == "IC" and name in ("I1", "J1", "K1") and self._distance == 90.0:
+            value, how = value + self._at("XYZ"["IJK".index(name[0])]), None
         if how:
             self._mode(how[1], name, value)
         is_whole = "." not in reader.text[before : reader.at]
         if name in ("A3", "B3", "C3"):
             self._vector[name] = value
+        elif name in KEYS:
+            self._own[name] = value
         elif name == "G":
             self._code(value, found)
-        elif name in _CORNERS:
-            self._corner = self._cornered(name, value)
+        elif name in CORNERS:
+            self._corner = cornered(name, value, self._corner)
         elif name == "CR":
             found.append(("R", value, is_whole))
         elif name == "TURN":
@@ -334,11 +337,6 @@ class SiemensWords:
         else:
             found.append((name, value, is_whole))
 
-    def _cornered(self, name: str, value: float) -> Corner | None:
-        if value < 0.0 or self._corner is not None:
-            raise ToolpathError(f"{name}={value:g}: no corner, or one of two", hint="check the block")
-        return Corner(_CORNERS[name], value) if value else None
-
     def _mode(self, how: str, name: str, value: float) -> None:
         """IC, AC, DC, ACP, ACN behind an address."""
         if name in "IJK" and how == "AC":
@@ -352,6 +350,8 @@ class SiemensWords:
         elif name in "ABC":  # DC, ACP, ACN
             self._absolute.add(name)
             self._ways[name] = how
+        elif name in ("I1", "J1", "K1") and how == ("AC" if self._distance == 90.0 else "IC"):
+            return
         else:
             raise ToolpathError(f"{name}={how}(...) is not read", hint=f"write {name} as a plain value")
 

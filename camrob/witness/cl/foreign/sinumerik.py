@@ -13,7 +13,9 @@ import numpy as np
 from camrob.witness.cl.circles import Wanted
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import ACROSS, Hole, drill_here, places, siemens_hole, swivelled_plane
-from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
+from camrob.witness.cl.foreign.foreign_words import UnreadError
+from camrob.witness.cl.foreign.sinumerik_places import OWN, POLES
+from camrob.witness.cl.foreign.sinumerik_ways import WAYS, OwnWays
 from camrob.witness.cl.framing import mirror, scaling, shifting, turning
 from camrob.witness.cl.running.ordered import Ordered, Row
 from camrob.witness.cl.running.structure_run import StructureRun
@@ -26,7 +28,7 @@ _HEADER = re.compile(r"%_N_\w+|%\w*|PROC \w+.*")
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>T)\s*=\s*\"(?P<text>[^\"]*)\"|(?P<key>[A-Z]+\d?)\s*=\s*(?P<set>[-+]?(?:\d+\.?\d*|\.\d+))(?![\d.*/+(A-Z-])"
     r"|(?P<of>[A-Z])\s*=\s*(?P<how>IC|AC|DC|ACP|ACN)\s*\(\s*(?P<given>[-+]?(?:\d+\.?\d*|\.\d+))\s*\)"
-    r"|(?P<word>[A-Z])\s*(?P<value>[-+]?(?:\d+\.?\d*|\.\d+))(?![\w=])|(?P<said>[A-Z][A-Z_]{2,}\d*[A-Z]*)(?:\(1\))?(?![\w=(]))"
+    r"|(?P<word>[A-Z])\s*(?P<value>[-+]?(?:\d+\.?\d*|\.\d+))(?![\w=])|(?P<said>[A-Z][A-Z_]{2,}\d*[A-Z]*|CT)(?:\(1\))?(?![\w=(]))"
 )
 # how fast and how smoothly the path is run, and who finds the rotary axes: not where it goes
 _QUIET = frozenset(
@@ -42,7 +44,6 @@ _QUIET_G = frozenset("9 60 64 601 602 603 641 642 643 644 645 450 451 460 461 46
 _UNITS = {"70": "G20", "700": "G20", "71": "G21", "710": "G21"}
 _PLAIN_G = frozenset("0 1 2 3 4 17 18 19 40 41 42 53 54 55 56 57 90 91 93 94 95 97".split())
 _VECTOR = ("A3", "B3", "C3")
-_WAYS = ("G0", "G1", "G2", "G3")
 _CORNERS = {"RND": "radius", "CHR": "side", "CHF": "across"}
 
 
@@ -51,7 +52,7 @@ def _tight(body: str) -> str:
     return re.sub(r"\s*([-+*/(=])\s*|\s+(?=\))", lambda found: found[1] or "", body)
 
 
-class SinumerikReader(ForeignReader):
+class SinumerikReader(OwnWays):
     """Tells what the blocks of one file ask for."""
 
     def read(self, text: str) -> None:
@@ -184,6 +185,7 @@ class SinumerikReader(ForeignReader):
                 self._drill(hole, line)
             return
         plane = swivelled_plane(values)
+        self._places.reframe()
         if modal or self._stand.own is not None:
             raise UnreadError("CYCLE800 on top of a frame")
         upright = plane is not None and np.allclose(plane[0], np.eye(3)) and not plane[1].any()
@@ -227,12 +229,14 @@ class SinumerikReader(ForeignReader):
         before = self._stand.own if adds and self._stand.own is not None else np.eye(4)
         own = before @ inner
         self._stand.frame(None if np.array_equal(own, np.eye(4)) else own)
+        self._places.reframe()
 
     def _words(self, body: str, line: int) -> None:
         words: list[str] = []
         vector: dict[str, float] = {}
         hows: dict[str, str] = {}
         machine, at, corner = False, 0, None
+        own, mode = dict[str, float](), ""
         while at < len(body):
             token = _TOKEN.match(body, at)
             if token is None:
@@ -243,6 +247,8 @@ class SinumerikReader(ForeignReader):
             elif token["of"]:
                 hows[token["of"]] = token["how"]
                 words += self._plain(token["of"], token["given"])
+            elif token["said"] in ("CIP", "CT"):
+                mode = token["said"]
             elif token["said"]:
                 machine = machine or token["said"] == "SUPA"
                 words += self._said(token["said"])
@@ -250,6 +256,8 @@ class SinumerikReader(ForeignReader):
                 corner = Wanted(**{_CORNERS[token["key"]]: abs(float(token["set"])) * self._scale})
             elif token["key"] in _VECTOR:
                 vector[token["key"]] = float(token["set"])
+            elif token["key"] in OWN:
+                own[token["key"]] = float(token["set"])
             elif (token["word"] or token["key"]) == "G":
                 code = f"{float(token['value'] or token['set']):g}"
                 machine = machine or code in ("53", "153")
@@ -260,12 +268,13 @@ class SinumerikReader(ForeignReader):
                 at += 1
         if "G4" in words:
             words = self._dwell(words)
+        words = self._ends_of(words, own, mode, hows, odd=machine or corner is not None)
         aims = tuple(vector.get(name, 0.0) for name in _VECTOR) if vector else None
         if machine and any(word[0] in "XYZABC" for word in words):
             words.append("G53")
         if self._lone:
             words = [word for word in words if not re.fullmatch(r"M0*6", word)]
-        cuts = ([word for word in words if word in _WAYS] or [f"G{self._motion}"])[-1] != "G0"
+        cuts = ([word for word in words if word in WAYS] or [f"G{self._motion}"])[-1] != "G0"
         for letter, how in hows.items():
             if how in ("DC", "ACP", "ACN"):
                 to = next(float(word[1:]) for word in words if word[0] == letter)
@@ -274,8 +283,11 @@ class SinumerikReader(ForeignReader):
                 hows[letter] = "AC"
         before, after = self._measured(hows, words)
         self._block(before, line)
+        here = self._at_plane("17")
         self._bent = corner
         self._block(words, line, aims)
+        if any(word[0] in "XYZIJK" for word in words):
+            self._went(words, here, sure=corner is None and not machine and not before)
         self._block(after, line)
 
     def _measured(self, hows: dict[str, str], words: list[str]) -> tuple[list[str], list[str]]:
@@ -339,6 +351,8 @@ class SinumerikReader(ForeignReader):
             return []
         if code in _QUIET_G or code in ("53", "153"):
             return []
+        if code in POLES:
+            return [f"G{code}"]
         if code not in _PLAIN_G:
             raise UnreadError(f"G{code} of Siemens'")
         return [f"G{code}"]
