@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from process_story import ROOT
+from scipy.spatial.transform import Rotation
 from test_rapid_scopes import DATA, GO, HOME, at
 
 from camrob.errors import ProgramError
@@ -172,3 +173,46 @@ def test_what_is_done_when_a_statement_fails_is_not_judged(tmp_path: Path, handl
     """A handler that reaches its end returns to the caller, as RETURN does."""
     made = run_program(written(tmp_path, f"{GO}ERROR\n{handler}\n"), MACHINE)
     assert all("(ERROR)" not in gap.text for gap in made.unsettled) == judged and not made.gaps
+
+
+OWN = "FUNC num Out(num n)\nSetDO doSpindle,0;\nRETURN n;\nENDFUNC\n"
+
+
+@pytest.mark.parametrize(
+    "line", ['TPWrite "a"\\Num:=Out(1);', "n:=Out(1);", "SetAO ao1,Out(1);", "TPWrite NumToStr(Far(1),2);"]
+)
+def test_a_function_that_may_do_anything_is_not_judged(tmp_path: Path, line: str) -> None:
+    """One of the program's own, or of a module that isn't at hand; ABB's own that only give a value do nothing."""
+    path = written(tmp_path, f"VAR num n;\n{GO}{line}\n", behind=OWN)
+    assert any("(), and what that does" in gap.text for gap in run_program(path, MACHINE).gaps)
+    path = written(tmp_path, f'{GO}TPWrite "Out(1)"+NumToStr(Round(2.5),2);\n', behind=OWN)
+    assert not run_program(path, MACHINE).gaps
+
+
+@pytest.mark.parametrize("name", ["WaitTime", "TPWrite", "SetDO", "MoveL", "Stop", "AccSet", "Incr"])
+def test_a_procedure_that_hides_the_controllers_stands_against_it(tmp_path: Path, name: str) -> None:
+    path = written(tmp_path, GO, behind=f"PROC {name}(num n)\nSetDO doSpindle,0;\nENDPROC\n")
+    assert "library-replaced" in [o.code for o in run_program(path, MACHINE).objections]
+    assert [f.code for f in read_rapid(path).findings] == ["not-understood"]
+
+
+def test_a_function_that_hides_the_controllers_stands_against_it(tmp_path: Path) -> None:
+    own = "LOCAL FUNC robtarget Offs(robtarget p,num x,num y,num z)\nRETURN p;\nENDFUNC\n"
+    assert "library-replaced" in [o.code for o in run_program(written(tmp_path, GO, behind=own), MACHINE).objections]
+
+
+def test_reltool_turns_about_x_then_the_new_y_then_the_new_z(tmp_path: Path) -> None:
+    r"""ABB's manual of the function; what it comes to is scipy's. A comma may stand before \Rx, too."""
+    to = "MoveL RelTool(p1,1,2,-3{}\\Rx:=10 \\Ry:=-20{}\\Rz:=5*6),v100,fine,tS\\WObj:=wP;\n"
+    path = written(tmp_path, to.format("", "") + to.format(",", ", "))
+    made, text = run_program(path, MACHINE), read_rapid(path)
+    assert not made.gaps and not text.findings
+    start = Rotation.from_euler("ZYX", text.pose[1, 3:], degrees=True)
+    plain = read_rapid(written(tmp_path, MOVE.format(0)))
+    turned = Rotation.from_euler("ZYX", plain.pose[1, 3:], degrees=True) * Rotation.from_euler(
+        "XYZ", [10, -20, 30], degrees=True
+    )
+    assert (start.inv() * turned).magnitude() < 1e-9
+    np.testing.assert_allclose(made.path.axis[1], turned.apply([0, 0, 1]), atol=1e-9)
+    np.testing.assert_allclose(made.path.axis[2], made.path.axis[1], atol=1e-12)
+    np.testing.assert_allclose(text.pose[2], text.pose[1], atol=1e-9)

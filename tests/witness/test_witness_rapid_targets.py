@@ -43,7 +43,9 @@ def test_a_moved_target(records: Records, text: str, place: list[float]) -> None
     [
         "OFFS(P,1,2)",
         "OFFS(P,1,2,X)",
-        "RELTOOL(P,1,2,3\\RX:=5)",
+        "RELTOOL(P,1,2,3\\RX:=X)",
+        "RELTOOL(P,1,2,3\\RX:=5\\RX:=5)",
+        "OFFS(P,1,2,3\\RX:=5)",
         "OFFS(5,1,2,3)",
         "OFFS",
         "OFFS(P,1,2,3",

@@ -65,6 +65,7 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "ATAN2": (2, lambda y, x: rad_to_deg(math.atan2(y, x))),
 }
 _SHIFTED = ("OFFS", "RELTOOL")
+_TURNS = ("RX", "RY", "RZ")  # about the tool's x, then about the new y, then about the new z
 
 
 class NotSaidError(Exception):
@@ -241,7 +242,7 @@ class _Reader:
             return name == "TRUE"
         if self.sign() == "(":
             self.at += 1
-            return _called(name, self.listed(")"))
+            return self.shifted(name) if name in _SHIFTED else _called(name, self.listed(")"))
         kind, value = self.scopes.find(name)
         while self.sign() in ("{", "."):
             if self.sign() == "{":
@@ -256,6 +257,28 @@ class _Reader:
             raise NotSaidError(f"{name[:40]} isn't in the program")
         return value
 
+    def shifted(self, name: str) -> Item:
+        """Offs or RelTool, the opening bracket behind us: a comma may stand before an optional argument, too."""
+        given, turns = [self.level(0)], dict[str, float]()
+        while self.sign() == "," or self.option(turns):
+            if self.sign() == ",":
+                self.at += 1
+                if not self.option(turns):
+                    given.append(self.level(0))
+        self.take(")")
+        if turns and name != "RELTOOL":
+            raise NotSaidError(f"{name} turns nothing")
+        return _shifted(given, [turns.get(axis, 0.0) for axis in _TURNS], by_tool=name == "RELTOOL")
+
+    def option(self, turns: dict[str, float]) -> bool:
+        r"""Takes `\Rx:=degrees` and its kin where they stand next."""
+        mark, axis, colon, equals = (*self.pieces[self.at : self.at + 4], *[(None,) * 5] * 4)[:4]
+        if mark[4] != "\\" or axis[2] not in _TURNS or axis[2] in turns or (colon[4], equals[3]) != (":", "="):
+            return False
+        self.at += 4
+        turns[axis[2]] = _number(self.level(0))
+        return True
+
 
 def _whole(value: Item) -> int:
     number = _number(value)
@@ -265,8 +288,6 @@ def _whole(value: Item) -> int:
 
 
 def _called(name: str, given: list[Item]) -> Item:
-    if name in _SHIFTED:
-        return _shifted(given, by_tool=name == "RELTOOL")
     count, act = _FUNCTIONS.get(name, (-1, abs))
     if count != len(given):
         raise NotSaidError(f"{name[:40]}() isn't in the program")
@@ -295,9 +316,9 @@ def _worked(sign: str, left: Item, right: Item) -> Item:
     return cast("float", reckoned(value, a, b))
 
 
-def _shifted(values: list[Item], *, by_tool: bool) -> Item:
-    """Offs and RelTool: a robtarget moved along the work object's axes, or along the tool's as the target turns it ("Technical
-    reference manual, RAPID instructions, functions and data types"). Raises NotSaidError.
+def _shifted(values: list[Item], turns: list[float], *, by_tool: bool) -> Item:
+    """Offs and RelTool: a robtarget moved along the work object's axes, or along the tool's as the target turns it, and turned by
+    so many degrees ("Technical reference manual, RAPID instructions, functions and data types"). Raises NotSaidError.
     """
     point, *by = values
     if not isinstance(point, list) or len(point) != 4:
@@ -310,4 +331,17 @@ def _shifted(values: list[Item], *, by_tool: bool) -> Item:
         step = step + 2.0 * (w * np.cross(about, step) + np.cross(about, np.cross(about, step))) / float(
             np.dot(turn, turn)
         )
-    return [[Inexact(value) for value in place + step], *point[1:]]
+    rest = point[1:]
+    if any(turns):
+        rest = [[Inexact(value) for value in _turned(turn, turns)], *point[2:]]
+    return [[Inexact(value) for value in place + step], *rest]
+
+
+def _turned(quaternion: list[float], degrees: list[float]) -> list[float]:
+    """A quaternion turned on about its own x, y and z in turn."""
+    w, v = quaternion[0], np.array(quaternion[1:])
+    for axis, angle in zip(np.eye(3), degrees, strict=True):
+        half = deg_to_rad(angle) / 2.0
+        c, s = math.cos(half), math.sin(half) * axis
+        w, v = w * c - float(v @ s), w * s + c * v + np.cross(v, s)
+    return [w, *v.tolist()]

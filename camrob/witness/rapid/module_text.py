@@ -72,6 +72,7 @@ class RapidModule:
     data: list[Line] = field(default_factory=list)
     procedures: dict[str, Procedure] = field(default_factory=dict)
     outside: list[Line] = field(default_factory=list)
+    functions: dict[str, Line] = field(default_factory=dict)  # what FUNC heads, which are not followed
 
 
 def _inputs(text: str) -> list[tuple[str, str]] | None:
@@ -196,6 +197,8 @@ def read_rapid_module(path: Path) -> RapidModule:
             closed = True
         elif (word := re.match(r"(?:LOCAL )?(FUNC|TRAP|RECORD)\b", code)) is not None:
             until = f"END{word[1]}"
+            if (named := re.match(r"(?:LOCAL )?FUNC \w+ (\w+)", code)) is not None:
+                module.functions[named[1]] = node
         elif re.match(r"(?:LOCAL |TASK )?(?:CONST|VAR|PERS) ", code):
             module.data.append(node)
         elif not code.startswith("%%%") and not re.fullmatch(r"VERSION ?:.*|LANGUAGE ?:.*", code):

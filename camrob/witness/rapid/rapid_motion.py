@@ -65,7 +65,9 @@ class RapidMotions:
         found = _WOBJ.fullmatch(parts[-1].strip())
         if found is None or "\\" in found["tool"] or any("\\" in part for part in parts[1:-1]):
             raise NotSaidError("it has arguments that are not on the list of what is understood")
-        target, option, rest = parts[0].partition("\\")
+        behind = max(parts[0].rfind(bracket) for bracket in ")]}") + 1  # a function's own options stand within it
+        own, option, rest = parts[0][behind:].partition("\\")
+        target = parts[0][:behind] + own
         if option and (how != AXES or rest.strip() != "NOEOFFS"):
             raise NotSaidError(f"\\{rest.strip()[:30]} is not on the list of what is understood")
         values = [self.records.value(target), *(self.records.value(part) for part in parts[1:count])]

@@ -29,10 +29,10 @@ STATEMENTS = (
     _row(r"(?P<word>MOVE|TRIGG|SEARCH|ARC[LC])\w*(?: .*)?", "unread_move", "other motions: not judged"),
     _row(rf"WAITTIME(?P<still> ?\\INPOS ?,)? ?(?P<value>{_REAL})", "wait", "stands still for seconds"),
     _row(r"(?:SETDO|SETAO|SETGO) ?(?:\\\w+(?: ?:= ?[^,]+)? ?,)? ?(?P<rest>.+)", "output", "an output"),
-    _row(r"(?:SET|RESET|PULSEDO|INVERTDO)\b ?(?:\\\w+(?: ?:= ?[^,]+)? ?,)? ?\w+", "output", "an output"),
+    _row(r"(?:SET|RESET|PULSEDO|INVERTDO)\b ?(?:(?:\\\w+(?: ?:= ?[^,\\]+)? ?)+,)? ?\w+", "output", "an output"),
     _row(r"(?:STOP|BREAK)(?: ?\\\w+)?", "halt", "waits for the operator"),
     _row(r"(?:WAITDI|WAITDO|WAITUNTIL|WAITAI|WAITGI|WAITSYNCTASK) .+", "wait_for", "waits for something outside"),
-    _row(r"(?:TPWRITE|TPERASE|CLKRESET|CLKSTART|CLKSTOP|ERRWRITE)(?: .*)?", "nothing", "the pendant, clocks"),
+    _row(r"(?:TPWRITE|TPERASE|CLKRESET|CLKSTART|CLKSTOP|ERRWRITE)(?:[ (\\].*)?", "nothing", "the pendant, clocks"),
     _row(r"PATHACCLIM (?P<on>TRUE|FALSE) ?(?P<rest>.*)", "acceleration", "acceleration along the path"),
     _row(
         rf"ACCSET (?P<a>{_REAL}) ?, ?(?P<b>{_REAL})",

@@ -20,6 +20,7 @@ from camrob.witness.krl.values import split_top
 from camrob.witness.machine import Machine
 from camrob.witness.rapid.expressions import Item, NotSaidError
 from camrob.witness.rapid.module_text import Procedure, RapidModule, listed_modules, read_rapid_module
+from camrob.witness.rapid.own_routines import function_called, hiding
 from camrob.witness.rapid.rapid_motion import RapidMotions
 from camrob.witness.rapid.rapid_statements import STATEMENTS
 from camrob.witness.rapid.records import Records
@@ -98,6 +99,10 @@ class _Runner(Walk):
         self.records.module = self.locals[path] = {}
         for line in module.data:
             self.declare(line, self.records.module if line.code.startswith("LOCAL ") else self.records.known)
+        heads = {**module.functions, **{name: procedure.head for name, procedure in module.procedures.items()}}
+        for name in hiding(heads):
+            text = f"{name} is a routine of the program's own, and hides the controller's: what it does isn't what ABB says"
+            state.object("library-replaced", text, heads[name])
         for name, procedure in module.procedures.items():
             if name in self.procedures:
                 raise ProgramError(
@@ -151,6 +156,13 @@ class _Runner(Walk):
             state.unknown(line, "the statement isn't on the list of what is understood")
             return
         row, match = found
+        function = "" if row.act in ("move", "unread_move") else function_called(line.code)
+        if function:
+            why = f"it calls {function[:40]}(), and what that does isn't judged"
+            if row.act != "assign":
+                state.unknown(line, why)
+                return
+            state.gap(line, why)
         acts = {
             "leave": self.leave,
             "move": self.move,
@@ -319,7 +331,8 @@ class _Runner(Walk):
             )
             return
         self.still(line)
-        self.state.unknown(line, "it calls what is not at hand, so what it does isn't judged")
+        why = "what is not at hand" if found is None else "a procedure that takes something otherwise than by value"
+        self.state.unknown(line, f"it calls {why}, so what it does isn't judged")
 
     def handed(self, kind: str, text: str) -> tuple[str, Item]:
         """What a parameter holds."""

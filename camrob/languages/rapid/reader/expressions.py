@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.languages.rapid.reader.tokens import Token, joined
 from camrob.se3 import quaternion_to_rotation
@@ -48,6 +49,7 @@ FIELDS: dict[str, tuple[tuple[str, str], ...]] = {
 
 _DEEPEST = 40  # brackets in brackets and signs before signs: no record has more than four
 _NEARLY = 1e-5  # share that some thousand sums in single precision may be off
+_TURNS = ("RX", "RY", "RZ")
 _UNIT = 0.02  # what the square of a printed quaternion may be off 1
 
 
@@ -245,9 +247,11 @@ class _Expression:
         return value
 
     def moved(self, name: str) -> Value:
-        """Offs(p, x, y, z): p displaced in its work object; RelTool(p, x, y, z): along the tool's axes there."""
+        r"""Offs(p, x, y, z): p displaced in its work object; RelTool(p, x, y, z): along the tool's axes there, and turned about
+        them by \Rx, then \Ry, then \Rz degrees.
+        """
         self.take()
-        items = self.listed(")")
+        items, turns = self.arguments()
         target = items[0]
         if len(items) != 4 or not isinstance(target, list) or len(target) != 4:
             raise UnknownError(name)
@@ -258,7 +262,29 @@ class _Expression:
         if name == "RELTOOL":
             step = _turned(step, target[1])
         place: list[Value | None] = [Computed(number(a) + b) for a, b in zip(start, step, strict=True)]
-        return [place, *target[1:]]
+        if not turns:
+            return [place, *target[1:]]
+        if name != "RELTOOL" or not isinstance(target[1], list):
+            raise UnknownError(f"{name} with a turn")
+        q = np.array([number(value) for value in target[1]])
+        about = [turns.get(axis, 0.0) for axis in _TURNS]
+        return [place, [Computed(c) for c in _turned_on(q, about)], *target[2:]]
+
+    def arguments(self) -> tuple[list[Value], dict[str, float]]:
+        """Values between commas up to a closing bracket, and the turns among them: a comma may stand before these, too."""
+        items, turns = [self.either()], dict[str, float]()
+        while self.peek() in (",", "\\"):
+            if self.take().text == "," and self.peek() != "\\":
+                items.append(self.either())
+                continue
+            if self.tokens[self.at - 1].text == ",":
+                self.take()
+            axis = self.take().text
+            if axis not in _TURNS or axis in turns or self.take().text != ":=":
+                raise UnknownError(f"\\{axis[:20]}")
+            turns[axis] = number(self.either())
+        self.close(")")
+        return items, turns
 
 
 def _turned(v: list[float], quaternion: Value | None) -> list[float]:
@@ -269,6 +295,17 @@ def _turned(v: list[float], quaternion: Value | None) -> list[float]:
     if not abs(float(q @ q) - 1.0) < _UNIT:
         raise UnknownError("a quaternion whose length is not 1")
     return [float(c) for c in quaternion_to_rotation(q) @ v]
+
+
+def _turned_on(q: NDArray[np.float64], degrees: Sequence[float]) -> list[float]:
+    """A quaternion (4,) turned about its own x, then about the new y, then about the new z."""
+    for axis, angle in enumerate(degrees):
+        half = deg_to_rad(angle) / 2.0
+        other = np.zeros(4)
+        other[0], other[1 + axis] = math.cos(half), math.sin(half)
+        vector = q[0] * other[1:] + other[0] * q[1:] + np.cross(q[1:], other[1:])
+        q = np.array([q[0] * other[0] - q[1:] @ other[1:], *vector])
+    return [float(c) for c in q]
 
 
 def number(value: Value | None) -> float:

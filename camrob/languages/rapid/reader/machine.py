@@ -20,7 +20,7 @@ from camrob.program.motion import Blend, Motion
 from camrob.program.program_text import ProgramAction, Setting
 from camrob.units import mm_to_m
 
-__all__ = ["MOVES", "RapidMachine"]
+__all__ = ["KNOWN", "MOVES", "RapidMachine"]
 
 MOVES = ("MOVEABSJ", "MOVEJ", "MOVEL", "MOVEC")
 _SWITCHES = ("NOEOFFS", "WOBJ")  # of motions, that are read
@@ -30,6 +30,8 @@ _ACTS = frozenset(
     WAITAI WAITGI CLKRESET CLKSTART CLKSTOP UIMSGBOX OPEN CLOSE WRITE ERRWRITE SPYSTART SPYSTOP""".split()
 )
 _COUNTS = ("INCR", "DECR", "CLEAR", "ADD")
+KNOWN = _SETTINGS | _ACTS | {*MOVES, *_COUNTS, "WAITTIME"}
+"""The controller's own procedures that are read; one of a program's own hides the controller's."""
 _FIRST: dict[str, Value] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": ""}  # what a VAR without a value holds
 _NAN = float("nan")
 _SPEED_FACTS = ("v_ori", "v_leax", "v_reax")

@@ -14,7 +14,7 @@ from camrob.findings import Severity, collapse
 from camrob.languages.rapid.reader.arguments import arguments_of
 from camrob.languages.rapid.reader.data import Scope
 from camrob.languages.rapid.reader.expressions import UnknownError, Value
-from camrob.languages.rapid.reader.machine import MOVES, RapidMachine
+from camrob.languages.rapid.reader.machine import KNOWN, MOVES, RapidMachine
 from camrob.languages.rapid.reader.module import Module, Node, Routine, load_module, modules_beside
 from camrob.languages.rapid.reader.rapid_course import BLOCKS, parts_of, run_block
 from camrob.languages.rapid.reader.tokens import Row, Statement, joined, shown
@@ -108,6 +108,8 @@ class _Reader:
                 raise ProgramError(
                     f"has a second procedure {shown(name)}", hint="give it another name", path=path, line=routine.line
                 )
+            if name in KNOWN:
+                self._machine.find("not-understood", f"PROC {name} hides the controller's own", routine.line)
             self._routines[name] = (len(self._modules) - 1, routine)
 
     def _call(self, index: int, routine: Routine, given: Sequence[Value | None]) -> None:
@@ -212,7 +214,8 @@ class _Reader:
             if not arguments.options and len(arguments.places) == len(found[1].parameters):
                 self._call(*found, [self._machine.known(tokens) for tokens in arguments.places])
                 return
-        text = f"calls {shown(statement.word)}, which is not at hand"
+        why = "which is not at hand" if found is None else "which takes something otherwise than by value"
+        text = f"calls {shown(statement.word)}, {why}"
         self._machine.find("call-unknown", text, statement.line)
         self._machine.act(statement)
 
