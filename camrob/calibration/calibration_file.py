@@ -153,7 +153,10 @@ def read_calibration(path: str | Path, cell: Cell) -> Calibration:
         try:
             plain = parameter_of(cell, name)
         except LogError as error:
-            raise error.at(path) from None
+            if data.get("cell") == cell.name:
+                raise error.at(path) from None
+            hint = f"give that cell, or calibrate {cell.name}"
+            raise LogError(f"is for cell {str(data.get('cell'))[:40]}", hint=hint, path=path) from None
         unit = part.text("unit")
         if unit != _EDGE.get(plain.unit, plain.unit):
             raise part.fail(

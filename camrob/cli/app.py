@@ -381,6 +381,9 @@ def main() -> NoReturn:
     gc.set_threshold(*_COLLECTED)
     for library in _ONE_THREAD:
         os.environ.setdefault(library, "1")
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by whoever started this
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

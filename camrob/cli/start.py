@@ -131,7 +131,7 @@ def samples(
 
 def cell_app() -> typer.Typer:
     """`camrob cell`, a group of five."""
-    group = typer.Typer(help="Cells that come with camrob, and new ones.", rich_markup_mode=None, no_args_is_help=True)
+    group = typer.Typer(help="Cells that come with camrob, and new ones.", rich_markup_mode=None)
     group.command("list")(list_cells)
     group.command("new")(new)
     group.command("from-urdf")(from_urdf)

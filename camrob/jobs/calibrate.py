@@ -98,7 +98,11 @@ def calibrate(
     table = any(data.in_base for data in fitted)
     standard = standard_names(machine, table=table, harmonics=harmonics if names is None else 0)
     tell("fit", 0.3)
-    study = fit_cell(machine, fitted, names=names, candidates=standard, withheld=others or None, share=share)
+    try:
+        study = fit_cell(machine, fitted, names=names, candidates=standard, withheld=others or None, share=share)
+    except LogError as error:  # which knows a log by its name alone
+        given = next((p for p in (measured, *more, *withheld) if error.path == Path(p.name)), error.path)
+        raise LogError(error.what, hint=error.hint, path=given, line=error.line) from None
     tell("write", 0.9)
     calibration = study.calibration
     report = out.with_suffix(".html").name

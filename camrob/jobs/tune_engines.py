@@ -171,7 +171,7 @@ def _check(engine: str, budget: int, seeds: int, points: int) -> None:
         ("points", points, _MOST_POINTS),
     ):
         if not 1 <= value <= most:
-            raise InputError(f"{name} {value} makes no sense", hint=f"give a whole number from 1 to {most}")
+            raise InputError(f"--{name} {value} makes no sense", hint=f"give a whole number from 1 to {most}")
 
 
 def _clfiles(samples: Sequence[Path]) -> list[Path]:

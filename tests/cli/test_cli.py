@@ -312,6 +312,7 @@ def test_an_error_line_is_one_line_whatever_it_says() -> None:
     ("arguments", "message"),
     [
         ([], "Missing command"),
+        (["cell"], "camrob cell: Missing command; see 'camrob cell --help'"),
         (["carve"], "No such command 'carve'"),
         (["post"], "Missing argument 'CLFILE'"),
         (["post", "a.cls", "--out", "o"], "Missing option '--cell'"),
@@ -503,3 +504,13 @@ def test_what_may_be_given_again_is_no_slip() -> None:
     command = typer.main.get_command(cli.build_app())
     assert not slip_of(["diagnose", "--cell", "c", "--log", "a.csv", "--log", "b.csv", "--out", "o"], command)
     assert not slip_of(["post", "--out", "o", "--", "--out", "--out"], command)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes file descriptors")
+@pytest.mark.parametrize("stream", [0, 1, 2])
+def test_a_closed_stream_is_no_fault(stream: int) -> None:
+    command = [sys.executable, "-m", "camrob", "verify", "none.src", "--cell", "kr15_track_table"]
+    done = subprocess.run(
+        command, env=ENVIRONMENT, stderr=subprocess.PIPE, preexec_fn=lambda: os.close(stream), text=True, check=False
+    )
+    assert done.returncode == 2 and "internal error" not in done.stderr

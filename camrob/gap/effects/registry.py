@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Iterable
+from difflib import get_close_matches
 from functools import cache
 
 from camrob.errors import InputError
@@ -30,5 +31,7 @@ def library(without: Iterable[str] = (), extra: Iterable[Effect] = ()) -> tuple[
     every = (*_all(), *extra)
     known = {e.name for e in every}
     for name in sorted(left_out - known):
-        raise InputError(f"--without {name[:40]!r} is not an effect", hint=f"use one of {', '.join(sorted(known))}")
+        near = get_close_matches(name, sorted(known), n=1)
+        hint = f"is it {near[0]}?" if near else f"use one of {', '.join(sorted(known))}"
+        raise InputError(f"--without {name[:40]!r} is not an effect", hint=hint)
     return tuple(e for e in every if e.name not in left_out)
