@@ -37,10 +37,14 @@ class MeantActions:
 
 @dataclass(frozen=True, slots=True)
 class NewTarget:
-    """A target's new numbers: X, Y, Z, A, B, C in mm and degrees, or with `by_axes` A1..A6 in degrees."""
+    """A target's new numbers: X, Y, Z, A, B, C in mm and degrees, or with `by_axes` A1..A6 in degrees.
+
+    turn: the axes' new turns, as the language's `turning` counts them, None where those that the target states stay.
+    """
 
     values: tuple[float, ...]
     by_axes: bool
+    turn: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from page_data import block_of
 from camrob.calibration.calibration_file import calibration_text
 from camrob.calibration.compensate import compensate_postures, pose_difference
 from camrob.calibration.error_model import ErrorModel
+from camrob.cell.status_turn import StatusTurn
 from camrob.cli.app import run
 from camrob.controller.replay import replay
 from camrob.errors import InputError, KrlError, SingularError, StaleInputError
@@ -27,6 +28,7 @@ from camrob.languages.krl.patch import literal_targets, patch_source
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.program.language import NewTarget
 from camrob.program.motion import Motion
+from camrob.se3 import xyzabc_from_frame
 from camrob.studies.published_newton import compensate_as_published
 
 CELL_FOLDER = ROOT / "cells" / "kr15_track_table"
@@ -103,8 +105,6 @@ def calibration(tmp_path_factory) -> Path:
 
 def program(folder: Path, *, q0=(9.0, -77.0, 123.0, -26.0, 50.0, 27.0), more: str = "") -> Path:
     """A program with a bit of everything, poses along a small square from a posture."""
-    from camrob.se3 import xyzabc_from_frame
-
     pose = xyzabc_from_frame(base_T_tool(CELL, CELL.to_q(np.array([*q0, 100.0, 5.0]))))
     x, y, z = 1e3 * pose[:3]
     a, b, c = np.rad2deg(pose[3:])
@@ -159,6 +159,24 @@ def test_a_program_is_rewritten_and_nothing_else_in_it(tmp_path: Path, calibrati
         b"e1 101.5, e2 5.5} c_dis ; 20.0 over\r"
     )
     assert new[11].startswith(b"  lin {x ") and len(new[11].split(b"y ")[1].split(b",")[0].split(b".")[1]) == 7
+
+
+@pytest.mark.parametrize("a4", [0.0, -1e-3, 1e-3])
+def test_an_axis_near_zero_may_change_its_sign(tmp_path: Path, calibration: Path, a4: float) -> None:
+    """A PTP to a pose says the axes' signs: a forearm that stood at 0 is turned by the correction, and T says where to."""
+    axes = np.array([9.0, -77.0, 123.0, a4, 50.0, 27.0])
+    pose = xyzabc_from_frame(base_T_tool(CELL, CELL.to_q(np.array([*axes, 100.0, 5.0]))))
+    numbers = dict(zip("XYZABC", [*(1e3 * pose[:3]), *np.rad2deg(pose[3:])], strict=True))
+    s, t = int(StatusTurn.of(CELL).status(axes[None])[0]), int(StatusTurn.turn(axes[None])[0])
+    target = ",".join(f"{name} {value:.6f}" for name, value in numbers.items())
+    source = program(tmp_path, q0=tuple(axes), more=f"PTP {{E6POS: {target},S {s},T {t},E1 100.0,E2 5.0}}")
+    result = compensate(source, cell=CELL_FOLDER, calibration=calibration, out=tmp_path / "out")
+    assert result.summary.error_after.max_mm < 3e-4
+    played = replay(read_krl(tmp_path / "out" / "sample.src"), CELL)
+    arm = CELL.to_axis_values(np.asarray(played.q))[-1, :6]
+    said = re.search(rb"PTP \{E6POS:.*,S (\d+),T (\d+),E1", (tmp_path / "out" / "sample.src").read_bytes())
+    assert said is not None and (int(said[1]), int(said[2])) == (s, int(StatusTurn.turn(arm[None])[0]))
+    assert abs(arm[3] - a4) > 1.2e-3  # the correction turns one of the three through 0
 
 
 def test_odd_bytes_in_comments_move_no_line(tmp_path: Path, calibration: Path) -> None:
@@ -274,6 +292,9 @@ def test_the_text_of_targets() -> None:
     )
     kept = patch_source("PTP {E6POS: X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35,E1 -7.5,E2 0.0}", {1: [pose]})
     assert kept.endswith("C 90.00000,S 2,T 35,E1 -7.5,E2 0.0}")
+    turned = NewTarget(pose.values, False, turn=11)
+    new = patch_source("PTP {E6POS: X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 35,E1 -7.5,E2 0.0}", {1: [turned]})
+    assert new == kept.replace("T 35", "T 11")
     axes = NewTarget((1.0, 2.0, 3.0, 4.0, 5.0, 6.0), True)
     assert patch_source("PTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0,E1 5}", {1: [axes]}) == (
         "PTP {A1 1.00000,A2 2.00000,A3 3.00000,A4 4.00000,A5 5.00000,A6 6.00000,E1 5}"

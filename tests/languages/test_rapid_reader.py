@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 from camrob.controller.motion_settings import motion_settings
 from camrob.errors import ProgramError
 from camrob.languages.rapid.reader.tokens import canonical
-from camrob.program.axis_turns import quarters_of
+from camrob.program.axis_turns import quarters_of, turn_of
 from camrob.program.language import AddedTarget, NewTarget
-from camrob.program.motion import Blend, Motion
+from camrob.program.motion import Blend, Motion, Turning
 from camrob.program.program_text import FrameKind
 
 OTHER_HAND = """%%%
@@ -254,6 +254,8 @@ def test_patching_keeps_all_else(tmp_path: Path) -> None:
     )
     assert new.split("\n")[0].endswith(f"[12.5,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0; ! {TARGET}")
     assert new.split("\n")[1].startswith("MoveAbsJ [[1.0000,2.0000,3.0000,4.0000,5.0000,6.0000],[1,9E9,")
+    turned = NewTarget(pose.values, False, turn=int(turn_of(Turning.QUARTERS, [-0.1, 0.0, 0.0, 100.0, 0.0, 0.1])))
+    assert "],[-1,1,0,0],[" in RAPID.patch(f"MoveJ {TARGET},v5,fine,tool0;", {1: [turned]})
     for number, targets in ((1, [pose]), (2, [pose]), (3, [pose])):
         with pytest.raises(ProgramError):
             RAPID.patch(text, {number: targets})

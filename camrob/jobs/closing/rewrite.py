@@ -13,6 +13,7 @@ from camrob.controller.replay import Replay, base_offsets
 from camrob.errors import ProgramError
 from camrob.findings import Finding
 from camrob.kinematics.frames import base_T_tool, seen_by_program
+from camrob.program.axis_turns import turn_fits, turn_of
 from camrob.program.builder import printed_frames
 from camrob.program.language import Language, NewTarget
 from camrob.program.motion import Motion
@@ -75,7 +76,9 @@ def _patched(
             warnings.append(Finding("left", "a PTP to a named posture is left as it is", line=line))
         else:
             table = table_of[bool(by_axes)]
-            new = [NewTarget(tuple(table[row + k]), bool(by_axes)) for k in range(count)]
+            new = [
+                NewTarget(tuple(table[row + k]), bool(by_axes), _new_turn(text, axes, row + k)) for k in range(count)
+            ]
             old = wanted[name].setdefault(line, new)
             if _apart(old, new):
                 what = "the motion runs several times and needs a different correction each time"
@@ -89,10 +92,16 @@ def _patched(
     return sources, warnings
 
 
+def _new_turn(text: ProgramText, axes: Array, row: int) -> int | None:
+    """Turns of a corrected posture that are not those that its target states: an axis near 0 has changed its sign or quarter."""
+    stated, at = int(text.turn[row]), axes[row : row + 1]
+    return None if turn_fits(text.turning, stated, at)[0] else int(turn_of(text.turning, at)[0])
+
+
 def _apart(old: list[NewTarget], new: list[NewTarget]) -> bool:
     """Whether two passes of one line ask for different targets."""
     both = zip(old, new, strict=True)
-    return any(float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
+    return any(a.turn != b.turn or float(np.max(np.abs(np.subtract(a.values, b.values)))) > 1e-6 for a, b in both)
 
 
 def write_files(folder: Path, origin: Path, language: Language, text: ProgramText, sources: Mapping[str, str]) -> None:

@@ -20,7 +20,7 @@ _COMPONENT = re.compile(
 )
 _POSE, _AXES = ("X", "Y", "Z", "A", "B", "C"), tuple(f"A{k}" for k in range(1, 7))
 _LEAST_EXTERNAL = 4  # decimals, mm or degrees
-_LEAST = {**dict.fromkeys(_POSE[:3], 4), **dict.fromkeys((*_POSE[3:], *_AXES), 5)}
+_LEAST = {**dict.fromkeys(_POSE[:3], 4), **dict.fromkeys((*_POSE[3:], *_AXES), 5), "T": 0}
 
 
 def patch_source(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
@@ -32,7 +32,10 @@ def patch_source(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
     """
     lines = text.split("\n")  # as the reader counts them; a form feed or an odd byte in a comment ends no line
     for number, wanted in targets.items():
-        numbers = [dict(zip(_AXES if t.by_axes else _POSE, t.values, strict=True)) for t in wanted]
+        numbers = [
+            dict(zip(_AXES if t.by_axes else _POSE, t.values, strict=True)) | ({} if t.turn is None else {"T": t.turn})
+            for t in wanted
+        ]
         lines[number - 1] = _line(lines[number - 1], numbers, number)
     return "\n".join(lines)
 

@@ -14,6 +14,7 @@ from camrob.languages.rapid.rapid_numbers import (
     quaternions,
 )
 from camrob.languages.rapid.rapid_text import comment_text
+from camrob.program.axis_turns import quarters_of
 from camrob.program.language import AddedTarget, NewTarget
 from camrob.program.printed import fixed_decimals
 
@@ -53,7 +54,7 @@ def patch_module(text: str, targets: Mapping[int, Sequence[NewTarget]]) -> str:
         ):
             raise ProgramError("the motion's target is not written in the statement", hint=_HINT, line=number)
         for match, target in reversed(list(zip(found, wanted, strict=True))):
-            new = _joints(match, target.values) if target.by_axes else _pose(match, target.values, {})
+            new = _joints(match, target.values) if target.by_axes else _pose(match, target.values, {}, target.turn)
             line = line[: match.start()] + new + line[match.end() :]
         lines[number - 1] = line
     return "\n".join(lines)
@@ -101,8 +102,10 @@ def _joints(match: re.Match[str], values: Sequence[float]) -> str:
     return f"[[{_printed(values, match[5], ANGLE_DECIMALS)}],[{match[6]}]]"
 
 
-def _pose(match: re.Match[str], values: Sequence[float], external: Mapping[str, float]) -> str:
-    """A robtarget with its new numbers."""
+def _pose(
+    match: re.Match[str], values: Sequence[float], external: Mapping[str, float], turns: int | None = None
+) -> str:
+    """A robtarget with its new numbers; `turns` as of `Turning.QUARTERS`, None where the confdata stays."""
     place, turn = values[:3], quaternions(values[3:]).tolist()
     old = match[4].split(",")
     carried = [
@@ -112,7 +115,9 @@ def _pose(match: re.Match[str], values: Sequence[float], external: Mapping[str, 
         for k, text in enumerate(old)
     ]
     first = f"[{_printed(place, match[1], LENGTH_DECIMALS + 1)}],[{_printed(turn, match[2], QUATERNION_DECIMALS)}]"
-    return f"[{first},[{match[3]}],[{','.join(carried)}]]"
+    branch = match[3].rpartition(",")[2]
+    conf = match[3] if turns is None else ",".join([*map(str, quarters_of(turns).tolist()), branch])
+    return f"[{first},[{conf}],[{','.join(carried)}]]"
 
 
 def _printed(values: Sequence[float], old: str, least: int) -> str:
