@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from witness_stories import (
     FEED,
     OFF,
@@ -491,37 +492,45 @@ def test_a_tilting_cut_turns_along_the_great_arc() -> None:
         assert (codes(story, program(*START, *cut, *after)) == []) is passes
 
 
+def turned_table(share: float, turn: float = 40.0):
+    """The axis of a tool that leans by 12 degrees over a table that has turned by a share of some degrees."""
+    lean = math.sin(deg_to_rad(12))
+    return (
+        lean * math.sin(deg_to_rad(turn * share)),
+        lean * math.cos(deg_to_rad(turn * share)),
+        math.cos(deg_to_rad(12)),
+    )
+
+
+def over_a_table(cut: list, turn: float) -> list[str]:
+    """What stands against a program that goes 20 mm while a table turns evenly by some degrees."""
+    begin, end = turned_table(0, turn), turned_table(1, turn)
+    pieces = (feed(20 * k / 40, 0, 2, axis=turned_table(k / 40, turn)) for k in range(1, 41))
+    story = file(ON, rapid(0, 0, 25, axis=begin), feed(0, 0, 2, axis=begin), *pieces, rapid(20, 0, 25, axis=end), OFF)
+    story.path.line[2:42] = 4
+    into = (ptp(), ON, ptp(0, 0, 60, axis=begin), lin(0, 0, 25, at=RAPID, axis=begin), lin(0, 0, 2, axis=begin))
+    out = (lin(20, 0, 25, at=RAPID, axis=end), OFF, lin(20, 0, 60, at=RAPID, axis=end), ptp())
+    return codes(story, program(*into, *cut, *out))
+
+
 @pytest.mark.parametrize(("pieces", "passes"), [(1, False), (2, True), (4, True)])
 def test_a_table_that_turns_evenly_is_followed_in_pieces_of_half_a_degree(pieces: int, passes: bool) -> None:
     """C turns by 40 degrees below a tool that leans by 12: one great arc is off by 0.7 degrees of the axis, two by 0.18."""
+    cut = [lin(20 * k / pieces, 0, 2, axis=turned_table(k / pieces)) for k in range(1, pieces + 1)]
+    assert over_a_table(cut, 40.0) == ([] if passes else ["off-path"])
 
-    def leaning(share: float):
-        turn, lean = deg_to_rad(40 * share), math.sin(deg_to_rad(12))
-        return (lean * math.sin(turn), lean * math.cos(turn), math.cos(deg_to_rad(12)))
 
-    def at(k: int, of: int, row):
-        return row(20 * k / of, 0, 2, axis=leaning(k / of))
-
-    begin = ({"axis": leaning(0)}, {"axis": leaning(1)})
-    story = file(
-        ON,
-        {**rapid(0, 0, 25), **begin[0]},
-        {**feed(0, 0, 2), **begin[0]},
-        *(at(k, 40, feed) for k in range(1, 41)),
-        {**rapid(20, 0, 25), **begin[1]},
-        OFF,
-    )
-    story.path.line[2:42] = 4
-    start = (
-        ptp(),
-        ON,
-        ptp(0, 0, 60, axis=leaning(0)),
-        {**lin(0, 0, 25, at=RAPID), **begin[0]},
-        {**lin(0, 0, 2), **begin[0]},
-    )
-    end = ({**lin(20, 0, 25, at=RAPID), **begin[1]}, OFF, {**lin(20, 0, 60, at=RAPID), **begin[1]}, ptp())
-    said = codes(story, program(*start, *(at(k, pieces, lin) for k in range(1, pieces + 1)), *end))
-    assert said == ([] if passes else ["off-path"])
+@pytest.mark.parametrize(("turn", "aside", "passes"), [(20, 0.0, True), (20, 0.03, False), (40, 0.0, False)])
+def test_a_cut_over_a_turning_table_may_be_parted_on_its_own_great_arc(turn: float, aside: float, passes: bool) -> None:
+    """A cut that may go as one may be parted where it went (for its feed); of 20 degrees it is 0.18 off, of 40 0.7."""
+    begin, end = np.array(turned_table(0, turn)), np.array(turned_table(1, turn))
+    across = np.cross(begin, end) / np.linalg.norm(np.cross(begin, end))
+    cut = []
+    for share in (0.26, 0.54, 1.0):
+        axis = Rotation.from_rotvec(share * math.acos(begin @ end) * across).apply(begin)
+        axis = axis + deg_to_rad(aside) * across * (share < 1.0)
+        cut.append(lin(20 * share, 0, 2, axis=tuple(axis)))
+    assert over_a_table(cut, turn) == ([] if passes else ["off-path"])
 
 
 def test_a_gap_of_the_file_is_left_unjudged_and_no_more() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.witness.happenings import Pecks
-from camrob.witness.rules.rules_geometry import AXIS, POSITION, Motion, Track, along_ray, distance
+from camrob.witness.rules.rules_geometry import AXIS, POSITION, Motion, Track, Vec, along_ray, distance
 from camrob.witness.units import deg_to_rad, m_to_mm
 
 __all__ = ["MOVED", "Stroke", "Tolerance", "step_along", "strokes", "unlike_pecks"]
@@ -49,6 +49,7 @@ def step_along(
     beyond: Motion | None,
     soft: bool = False,
     free: bool = False,
+    statement: Motion | None = None,
 ) -> tuple[float, float] | None:
     """How far the program's motion (from its fraction v) and the file's (from u) run together: fractions (u, v) of both.
 
@@ -56,16 +57,25 @@ def step_along(
     points that lie nearer together than the tolerance: the program's end is then the nearest of them. soft: the file's
     motion ends within a statement (rotary axes that turn evenly): a motion of the program that goes by there keeps to its own
     great arc, and may be off by a tenth of its turn, half a degree at most. free: the way is a rapid, on which axes turn as
-    they can: three tenths.
+    they can: three tenths. statement: the straight motion that the file's is a piece of, where axes turn evenly along it; where
+    the program's ends within, its axis may lie on the great arc of the whole, no farther off than `soft` lets it.
     """
-    within = _within(leg, v, way, u, tol, _FREE * distance(way.axis_start, way.axis_end) if free else 0.0)
+    turn = _FREE * distance(way.axis_start, way.axis_end) if free else 0.0
+    within = _within(leg, v, way, u, tol, turn, statement)
     if within is not None and (1.0 - within[0]) * way.length > 2.0 * MOVED:
         return within  # short of the end, be it by less than the tolerance
-    return _to_end(leg, v, way, u, tol, beyond, soft) or within
+    return _to_end(leg, v, way, u, tol, beyond, statement if soft else None, soft) or within
 
 
 def _to_end(
-    leg: Motion, v: float, way: Motion, u: float, tol: Tolerance, beyond: Motion | None, soft: bool
+    leg: Motion,
+    v: float,
+    way: Motion,
+    u: float,
+    tol: Tolerance,
+    beyond: Motion | None,
+    statement: Motion | None,
+    soft: bool,
 ) -> tuple[float, float] | None:
     """To the end of the file's motion, where that lies on the rest of the program's."""
     turn = distance(way.axis(u), way.axis_end)
@@ -86,10 +96,14 @@ def _to_end(
     if ends and not (beyond and not beyond.angle and distance(beyond.end, leg.end) < to_end):
         return 1.0, 1.0
     turn = min(_SOFT * distance(leg.axis_start, leg.axis_end), _SOFT_MOST) if soft else 0.0
-    return (1.0, w) if distance(leg.axis(w), way.axis_end) <= tol.axis + turn else None
+    beside = distance(leg.axis(w), way.axis_end)
+    fits = beside <= tol.axis + turn or _on_whole(leg.point(w), leg.axis(w), beside, statement, tol)
+    return (1.0, w) if fits else None
 
 
-def _within(leg: Motion, v: float, way: Motion, u: float, tol: Tolerance, turn: float) -> tuple[float, float] | None:
+def _within(
+    leg: Motion, v: float, way: Motion, u: float, tol: Tolerance, turn: float, statement: Motion | None
+) -> tuple[float, float] | None:
     """To the end of the program's motion, where that lies on the rest of the file's."""
     if leg.angle:
         reached = _on_arc(leg, v, way, u, tol) if way.angle else None
@@ -97,7 +111,17 @@ def _within(leg: Motion, v: float, way: Motion, u: float, tol: Tolerance, turn: 
     reached, off = way.nearest(leg.end, leg.axis_end, u)
     if off > tol.place or way.sagitta(u, reached) > tol.place + tol.chord or reached <= u:
         return None
-    return (reached, 1.0) if distance(leg.axis_end, way.axis(reached)) <= tol.axis + turn else None
+    beside = distance(leg.axis_end, way.axis(reached))
+    fits = beside <= tol.axis + turn or _on_whole(leg.end, leg.axis_end, beside, statement, tol)
+    return (reached, 1.0) if fits else None
+
+
+def _on_whole(tip: Vec, axis: Vec, beside: float, statement: Motion | None, tol: Tolerance) -> bool:
+    """Whether a tool whose axis is so far `beside` the file's is on the great arc of the whole statement."""
+    if statement is None or beside > min(_SOFT * distance(statement.axis_start, statement.axis_end), _SOFT_MOST):
+        return False
+    at, off = statement.nearest(tip, axis)
+    return off <= tol.place and distance(axis, statement.axis(at)) <= tol.axis
 
 
 def _on_arc(leg: Motion, v: float, way: Motion, u: float, tol: Tolerance) -> float | None:

@@ -7,7 +7,7 @@ program may turn table and track beneath a tool that stands still): `rows` says 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -183,6 +183,15 @@ class Track:
             lists = self.angle[part].tolist(), self.curved[part].tolist()
             self._chunks[number] = [Motion(*row) for row in zip(*columns, *lists, strict=True)]
         return self._chunks[number][at]
+
+    def statement(self, k: int, begins: NDArray[np.int64]) -> Motion | None:
+        """The straight motion that motion k is a piece of; None where it is no piece. begins: where statements begin."""
+        found = int(np.searchsorted(begins, k, side="right"))
+        first, last = int(begins[found - 1]), (int(begins[found]) if found < len(begins) else len(self)) - 1
+        if first == last or self.angle[first : last + 1].any():
+            return None
+        begin, end = self.motion(first), self.motion(last)
+        return replace(begin, end=end.end, axis_end=end.axis_end)
 
 
 def track(path: Path, frame: Array | None, keep: NDArray[np.bool_]) -> Track:

@@ -81,6 +81,7 @@ class _Walk:
         self.whole = self.joined & ~np.append(np.isin(file.rows, list(story.pecks)), False)  # compared in blocks
         lines = story.path.line[file.rows]
         self.soft = np.append(lines[1:] == lines[:-1], False)
+        self.begins = np.flatnonzero(np.append(True, ~self.soft[:-1])) if len(file) else np.zeros(0, np.int64)
         self.file_line, self.prog_line = lines, run.path.line[prog.rows]
         self.prog_file = run.file[prog.rows]
         # where points lie nearer together than the tolerance, only a point's own text is its match
@@ -193,7 +194,8 @@ class _Walk:
         while self.v < 1.0 and self._leads_on(self.i):
             way = self.file.motion(self.i)
             free = bool(self.rapid[self.i])
-            step = step_along(leg, self.v, way, self.u, self.tol, self._beyond(), bool(self.soft[self.i]), free)
+            soft, statement = bool(self.soft[self.i]), self.file.statement(self.i, self.begins)
+            step = step_along(leg, self.v, way, self.u, self.tol, self._beyond(), soft, free, statement)
             if step is None or (self.hole[self.i] and step[0] < 1.0):
                 break
             turned = distance(leg.axis(self.v), leg.axis(step[1])) > 0.1 * AXIS
