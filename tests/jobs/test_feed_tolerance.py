@@ -19,6 +19,7 @@ from camrob.jobs.diagnose import diagnose
 from camrob.jobs.solving.feed_within import held_feed
 from camrob.jobs.verify import verify
 from camrob.measurement.write_log import write_log
+from camrob.prediction.speed_errors import beside_way
 from camrob.redundancy.path import ToolPathInBase
 from camrob.toolpath.region import Move
 
@@ -85,7 +86,7 @@ def test_the_true_machine_stays_within_the_tolerance(feed: str, machine, tmp_pat
     said = post(file, cell=KR15, out=out, setup=setup, diagnosis=diagnosis, feed=feed, report=False).summary.feed
     after = off(out / "circles.src")
     assert said.tolerance is not None and said.tolerance.off_mm <= 0.1
-    assert said.tolerance.off_before_mm == pytest.approx(before.max(), rel=0.2)
+    assert said.tolerance.off_before_mm == pytest.approx(before.max(), rel=0.1)
     # what is diagnosed is not exact, corners are rounded, and the first rows still settle from the rapid move
     assert before.max() > 0.4 and np.quantile(after, 0.99) < 0.11
     assert np.quantile(after, 0.5) > 0.06  # no slower than it has to be
@@ -141,3 +142,20 @@ def test_what_grows_with_the_speed_is_slowed_where_it_is_and_no_more() -> None:
     slow = np.flatnonzero(held.slowed)
     assert set(range(34, 67)) <= set(slow.tolist()) <= set(range(30, 71))  # and what is within 50 ms of it
     assert np.all(held.speed[~held.slowed] == 0.05)
+
+
+def test_a_late_tool_round_a_corner_is_on_its_way_still() -> None:
+    """Late by 0.8 mm round a right angle and back again: on the way. 0.3 mm aside: off by that, late or not."""
+    done = np.linspace(0.0, 0.03, 301)
+    corners = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.01, 0.01, 0.0], [0.0, 0.01, 0.0]])
+
+    def place(at):
+        return np.stack([np.interp(at, [0.0, 0.01, 0.02, 0.03], axis) for axis in corners.T], axis=1)
+
+    late = place(np.maximum(done - 8e-4, 0.0)) - place(done)
+    # a corner between two of the places that are looked at is cut off
+    assert np.linalg.norm(beside_way(place(done), late), axis=1).max() < 0.05 * 8e-4
+    aside = np.tile([0.0, 0.0, 3e-4], (301, 1))
+    assert beside_way(place(done), aside) == pytest.approx(aside)
+    assert beside_way(place(done), late + aside) == pytest.approx(aside, abs=0.05 * 8e-4)
+    assert not beside_way(place(done), 0.0 * late).any()
