@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from camrob.calibration.calibrate import fit_cell
-from camrob.calibration.calibration import Calibration
+from camrob.calibration.calibration import Calibration, ErrorSize, robot_digest
+from camrob.calibration.calibration_file import calibration_text
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.measurements import Measurements
-from camrob.calibration.terms import standard_names
+from camrob.calibration.parameters import ParameterSet
+from camrob.calibration.terms import parameter_of, standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.measurement.log import MeasurementLog
@@ -84,3 +86,28 @@ def log_of(cell: Cell, data: Measurements, info: LogInfo | None = None) -> Measu
 def calibrate_cell(cell: Cell, data: Measurements | Sequence[Measurements], **options) -> Calibration:
     """The calibration of `fit_cell` alone."""
     return fit_cell(cell, data, **options).calibration
+
+
+def calibration(file: Path, values: dict[str, float], *, withheld: bool = True) -> Path:
+    """A file that holds these constants of the KR15 cell alone."""
+    cell = CELL
+    parameters = ParameterSet.of(parameter_of(cell, n) for n in values).with_values(
+        np.array(list(values.values())), np.full(len(values), 1e-6)
+    )
+    size = ErrorSize.of(np.full(50, 30e-6), np.zeros(50), oriented=False)
+    made = Calibration(
+        cell_name=cell.name,
+        cell_digest=robot_digest(cell),
+        parameters=parameters,
+        errors={"calibrated/withheld": size} if withheld else {},
+        condition=10.0,
+        observability=(1.0,) * 5,
+        scatter_position=2e-5,
+        logs=(("log.csv", "0"),),
+        rows=50,
+        outliers=0,
+        oriented=False,
+        warnings=(),
+    )
+    file.write_text(calibration_text(made), encoding="utf-8")
+    return file

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from camrob.calibration.calibration import Calibration
 from camrob.calibration.calibration_file import read_calibration
 from camrob.calibration.compensate import difference_sizes, pose_difference
-from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.controller.judge import Judgement, judge
 from camrob.controller.replay import Replay, replay
@@ -23,6 +22,7 @@ from camrob.findings import Severity, first_error
 from camrob.jobs.closing.corrected_head import corrected_head
 from camrob.jobs.closing.correction import Correction, met_on_machine
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine
+from camrob.jobs.closing.tool_chains import ToolChains, tool_poses
 from camrob.jobs.files.cell_for import cell_for
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.files.output import staged_output
@@ -39,7 +39,6 @@ from camrob.jobs.release.compensation import (
     rates_and_violations,
 )
 from camrob.jobs.solving.sought import Sought
-from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.languages import language_of_file
 from camrob.prediction.read_force import read_force
@@ -190,10 +189,10 @@ def _written(
 
     source: what was given. head: lines of comment at the program's head.
     """
-    text, planned, model, values = work.text, work.planned, work.model, work.values
+    text, planned, chains = work.text, work.planned, work.chains
     again, warnings = work.rewritten(np.asarray(work.result.q), folder, head)
     replayed = replay(again, planned.cell, progress=work.tell("check"))
-    after = _checked(model, values, work.targets, replayed, again)
+    after = _checked(chains, work.targets, replayed, again)
     judged_after = judge(again, replayed)
     _no_new_fault(work.judged, judged_after)
     correction = np.asarray(work.result.q) - work.q
@@ -211,12 +210,12 @@ def _written(
         source=source.name,
         calibration=calibration,
         limits=MarginsBeforeAfter(margin_min=judged_after.margin, margin_min_before=work.judged.margin),
-        between=None if shifted_too else error_between(model, values, text, planned, replayed),
+        between=None if shifted_too else error_between(chains, text, planned, replayed),
         rates=rates_and_violations(analyses, text, planned),
         findings=[*warnings, *work.left],
         machine=_below_head(work.on_machine, work.source.name, text, again),
     )
-    _save_path(folder / f"{work.source.stem}.path.npz", planned.cell, np.asarray(replayed.q), text)
+    _save_path(folder / f"{work.source.stem}.path.npz", replayed, text)
     page = compensation_report(
         summary,
         PathErrors(
@@ -246,22 +245,26 @@ def _below_head(
     return replace(machine, targets_added={**machine.targets_added, file: lines})
 
 
-def _save_path(file: Path, cell: Cell, q: Array, text: ProgramText) -> None:
-    """Write NAME.path.npz of postures (N, n) at the ends of a program's motions."""
-    places = base_T_tool(cell, q)[:, :3, 3]
+def _save_path(file: Path, run: Replay, text: ProgramText) -> None:
+    """Write NAME.path.npz of the postures at the ends of a replayed program's motions."""
+    q, inv_kf = np.asarray(run.q), np.empty(len(text))
+    for k, cell in enumerate(run.cells):
+        rows = run.mounted == k
+        inv_kf[rows] = inverse_kf_many(chain_arrays(cell), np.array(q[rows]))
+    places = tool_poses(run, q)[:, :3, 3]
     step = np.linalg.norm(np.diff(places, axis=0), axis=1)
     save_solution(
         file,
-        cell,
+        run.cell,
         q,
         line=np.asarray(text.line),
         region=np.zeros(len(q), np.int32),
-        inv_kf=inverse_kf_many(chain_arrays(cell), np.array(q)),
+        inv_kf=inv_kf,
         length=np.concatenate([[0.0], np.cumsum(step)]),
     )
 
 
-def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay, again: ProgramText) -> Array:
+def _checked(chains: ToolChains, targets: Array, replayed: Replay, again: ProgramText) -> Array:
     """Errors (N, 2) of the calibrated robot in the written program. Raises VerificationError where it deviates."""
     stopped = first_error(replayed.findings)
     if len(replayed.q) != len(targets) or stopped is not None:
@@ -270,7 +273,7 @@ def _checked(model: ErrorModel, values: Array, targets: Array, replayed: Replay,
             f"the compensated program can't be followed: {what}; compensate less (fewer constants), or move the part",
             line=stopped.line if stopped else 0,
         )
-    return difference_sizes(pose_difference(targets, model.poses(values, np.asarray(replayed.q))))
+    return difference_sizes(pose_difference(targets, chains.poses(np.asarray(replayed.q))))
 
 
 def _no_new_fault(before: Judgement, after: Judgement) -> None:

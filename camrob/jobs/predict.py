@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from camrob.bodies.meshes import body_triangles
 from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup
-from camrob.controller.replay import program_cell
 from camrob.controller.simulate import simulate as run
 from camrob.cutting.dexels import Dexels
 from camrob.cutting.holder import holder_takes
@@ -34,15 +34,17 @@ from camrob.jobs.predicting.predicted_figures import (
     regions_of,
     size_of,
 )
-from camrob.jobs.predicting.removal import cutter_for, removed, setup_for, stock_of
+from camrob.jobs.predicting.program_tools import ProgramTools, by_tool, mounted_in
+from camrob.jobs.predicting.removal import removed, setup_for, stock_of
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
+from camrob.measurement.log import MeasurementLog
 from camrob.prediction.against_part import against_part
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.read_force import read_force
-from camrob.prediction.surface import PredictedSurface, predict_surface
-from camrob.prediction.true_path import TruePath, true_path
+from camrob.prediction.surface import CuttersOfRun, PredictedSurface, predict_surface
+from camrob.prediction.true_path import TruePath, joined_paths, true_path
 from camrob.program.motion import Blend
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
@@ -85,7 +87,7 @@ def predict(
     """Cut the stock on the machine as diagnosed: predict.json, surface.npz and predict.html appear in `out`.
 
     Args:
-        program: the program's main file; it sets one tool.
+        program: the program's main file; of several tools each is known by its frame, as the set-up has it.
         cell: the cell's folder.
         out: the folder to write into.
         calibration: the constants of its chain, by `calibrate` or `diagnose --calibration`; None: a diagnosis found none.
@@ -141,26 +143,26 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     language = language_of_file(program)
     machine = cell_for("simulate", asked.cell)
     text = language.read(program, machine.controller_section)
-    tooled, findings = program_cell(text, machine)  # of several tools none can be taken, whatever the set-up has
     found = None if asked.calibration is None else read_calibration(asked.calibration, machine)
     held = setup_for(program, asked.setup, machine)
-    cutter, stock = cutter_for(held), stock_of(held, mm_to_m(asked.pitch_mm))
+    tools, findings = mounted_in(text, machine, held)
+    stock = stock_of(held, mm_to_m(asked.pitch_mm))
     units, rest = diagnosed(diagnosis, found, asked.cell, machine)
-    pushes = None if asked.force is None else read_force(asked.force)
+    pushes = _force(asked, tools)
     ran = run(text, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
-    programmed = _programmed(
-        text if asked.meant is None else language.read(asked.meant, machine.controller_section), asked, machine
-    )
+    said = [*text.findings, *ran.findings, *findings]
+    meant = text if asked.meant is None else language.read(asked.meant, machine.controller_section)
+    programmed, tool_programmed = _programmed(meant, asked, machine, tools, held)
     simulated = time.perf_counter()
-    base_T_part, runout, area = np.asarray(held.base_T_part), 0.5 * held.tool().runout, None
-    if pushes is not None and pushes.asks_removal:
-        area = removed(ran.log, tooled, stock, cutter, base_T_part)
-    path = true_path(ran.log, tooled, found, units, rest=rest, force=pushes, area=area, drawn=True)
+    base_T_part, number = np.asarray(held.base_T_part), tools.mounted[ran.motion]
+    area = _area(pushes, tools, ran.log, stock, base_T_part)
+    known: dict[str, Any] = {"rest": rest, "force": pushes, "area": area, "drawn": True}
+    path = joined_paths([true_path(log, tools.cells[k], found, units, **known) for k, log in by_tool(ran.log, number)])
     reckoned = time.perf_counter()
-    cut = stage_of(progress, "cut")
-    surface = predict_surface(stock, cutter, base_T_part, path, programmed, runout=runout, progress=cut)
+    cutters = CuttersOfRun(tools.cutters, tuple(0.5 * t.runout for t in tools.tools), number, tool_programmed)
+    surface = predict_surface(stock, cutters, base_T_part, path, programmed, progress=stage_of(progress, "cut"))
     _demand_cut(surface, program, asked.meant)
-    part, holder = _held_to_part(held, surface, path), _held_clear(held, stock, surface, path, progress)
+    part, holder = _held_to_part(held, surface, path), _held_clear(tools, stock, surface, path, progress)
     done = time.perf_counter()
     summary = PredictSummary(
         program=program.stem,
@@ -181,11 +183,11 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         reckoned=surface.reckoned,
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
-        not_judged=_not_judged(held, pushes),
+        not_judged=_not_judged(tools, pushes),
         force=None if pushes is None else force_of(pushes, path),
         part=part,
         holder=holder,
-        warnings=remarks_on(program, asked.meant, held, pushes, surface, [*text.findings, *ran.findings, *findings]),
+        warnings=remarks_on(program, asked.meant, held, tools.tools, pushes, surface, said),
         files=("predict.json", "surface.npz", "predict.html"),
         seconds=PredictSeconds(
             simulate=round(simulated - start, 3),
@@ -197,18 +199,52 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     return PredictResult(summary, surface, path)
 
 
-def _not_judged(setup: Setup, pushes: CuttingForce | None) -> tuple[str, ...]:
+def _force(asked: _Asked, tools: ProgramTools) -> CuttingForce | None:
+    """What pushes on the program's tool. Raises InputError where it has several."""
+    if asked.force is not None and len(tools.cells) > 1:
+        what = f"says what pushes on one tool, and {asked.program.name} sets {len(tools.cells)}"
+        raise InputError(what, hint="leave --force out, or give programs of one tool each", path=asked.force)
+    return None if asked.force is None else read_force(asked.force)
+
+
+def _area(
+    pushes: CuttingForce | None, tools: ProgramTools, log: MeasurementLog, stock: Dexels, base_T_part: Array
+) -> Array | None:
+    """(N,) m2 that is cut across the way to each row of the run, for a force that asks for it."""
+    if pushes is None or not pushes.asks_removal:
+        return None
+    return removed(log, tools.cells[0], stock, tools.cutters[0], base_T_part)
+
+
+def _not_judged(tools: ProgramTools, pushes: CuttingForce | None) -> tuple[str, ...]:
     """What else a real cut has."""
-    tool, what = setup.tool(), ["wear of the tool", "chatter"]
-    given = {CAUSE: pushes is not None, "run-out of the tool": bool(tool.runout), "the holder": bool(tool.holder)}
+    what = ["wear of the tool", "chatter"]
+    given = {
+        CAUSE: pushes is not None,
+        "run-out of the tool": all(t.runout for t in tools.tools),
+        "the holder": all(t.holder for t in tools.tools),
+    }
     return (*(name for name, there in given.items() if not there), *what)
 
 
-def _programmed(text: ProgramText, asked: _Asked, machine: Cell) -> Array:
-    """(M, 4, 4) tool in `base` on the path that a program asks for, without any rounding."""
+def _programmed(
+    text: ProgramText, asked: _Asked, machine: Cell, of_run: ProgramTools, setup: Setup
+) -> tuple[Array, NDArray[np.int64]]:
+    """(M, 4, 4) tool in `base` on the path that a program asks for, without any rounding; (M,) numbers of the tools, which are
+    those `of_run`. Raises InputError where they are others.
+    """
     exact = replace(text, blend=np.full(len(text), Blend.EXACT, np.int8))
-    cell, ran = program_cell(text, machine)[0], run(exact, machine, cycle=asked.cycle).log
-    return np.asarray(base_T_tool(cell, cell.to_q(ran.axes(cell.axis_names))))
+    tools = mounted_in(text, machine, setup)[0]
+    if [id(t) for t in tools.tools] != [id(t) for t in of_run.tools]:
+        hint = "give the program that it was made from"
+        raise InputError(f"mounts other tools than {asked.program.name}", hint=hint, path=asked.meant)
+    ran = run(exact, machine, cycle=asked.cycle)
+    number = tools.mounted[ran.motion]
+    poses = [
+        base_T_tool(tools.cells[k], tools.cells[k].to_q(log.axes(machine.axis_names)))
+        for k, log in by_tool(ran.log, number)
+    ]
+    return np.concatenate(poses), number
 
 
 def _held_to_part(setup: Setup, surface: PredictedSurface, path: TruePath) -> HeldToPart | None:
@@ -230,13 +266,13 @@ def _held_to_part(setup: Setup, surface: PredictedSurface, path: TruePath) -> He
 
 
 def _held_clear(
-    setup: Setup, stock: Dexels, surface: PredictedSurface, path: TruePath, progress: Progress | None
+    tools: ProgramTools, stock: Dexels, surface: PredictedSurface, path: TruePath, progress: Progress | None
 ) -> tuple[HolderMeets, ...] | None:
-    """Where the set-up's holder meets the stock, if it has one."""
-    holder = setup.tool().holder
-    if not holder:
+    """Where the set-up's holders meet the stock, if it has any."""
+    holders = [t.holder for t in tools.tools]
+    if not any(holders):
         return None
-    taken = holder_takes(stock, surface.real.moves, holder, stage_of(progress, "holder"))
+    taken = holder_takes(stock, surface.real.moves, holders, stage_of(progress, "holder"))
     return holder_of(taken, surface.real.kept, path)
 
 

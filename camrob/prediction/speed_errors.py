@@ -92,7 +92,7 @@ class SpeedErrors:
             path = self._path(cell, t[begin:stop], rows[begin:stop])
             way[start:stop] = path.ideal[start - begin :, :3, 3]
             moved[start:stop] = twist_of(path, of_speed)[start - begin :, :3]
-        off = np.linalg.norm(beside_way(way, moved), axis=1)
+        off = np.asarray(np.linalg.norm(beside_way(way, moved), axis=1), np.float64)
         most = np.interp(at, t, off)
         to = np.minimum(np.searchsorted(at, t), len(at) - 1)
         moving = t > (at + rest)[np.maximum(to - 1, 0)]  # what settles at a stop is no part of the way on

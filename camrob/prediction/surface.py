@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,7 @@ from camrob.prediction.true_path import TruePath
 from camrob.progress import Share, part_of
 from camrob.se3 import inverse
 
-__all__ = ["PredictedSurface", "predict_surface", "way_of"]
+__all__ = ["CuttersOfRun", "PredictedSurface", "predict_surface", "way_of"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -58,26 +60,41 @@ class PredictedSurface:
     real: Way
 
 
+@dataclass(frozen=True)
+class CuttersOfRun:
+    """The cutters of a program. runout: m by which the axis of each lies beside the spindle's; what it sweeps is a cutter of that
+    much more radius, its corner as it is. of_run, of_programmed: (N,) and (M,) which of them each row of the run, and of the path
+    without any rounding, has; None: the only one.
+    """
+
+    cutters: tuple[Cutter, ...]
+    runout: tuple[float, ...]
+    of_run: Ints | None = None
+    of_programmed: Ints | None = None
+
+    def swept(self) -> tuple[Cutter, ...]:
+        """What they sweep, out of true as they run."""
+        return tuple(replace(c, radius=c.radius + r) for c, r in zip(self.cutters, self.runout, strict=True))
+
+
 def predict_surface(
     stock: Dexels,
-    cutter: Cutter,
+    tools: CuttersOfRun,
     base_T_part: Array,
     path: TruePath,
     programmed: Array,
     *,
-    runout: float = 0.0,
     progress: Share | None = None,
 ) -> PredictedSurface:
     """Cut the stock three times: as the simulated controller goes, as programmed, and as the machine goes.
 
-    stock: in `part`, left as it is. programmed: (M, 4, 4) tool in `base` on the path without any rounding. runout: m by which the
-    cutter's axis lies beside the spindle's; what it sweeps is a cutter of that much more radius, its corner as it is. progress:
-    called with the share that is carved.
+    stock: in `part`, left as it is. programmed: (M, 4, 4) tool in `base` on the path without any rounding. progress: called with
+    the share that is carved.
     """
     part_T_base = inverse(base_T_part)
-    swept = replace(cutter, radius=cutter.radius + runout)
-    ways = ((path.ideal, cutter, path.line), (programmed, cutter, None), (path.true, swept, path.line))
-    meant, asked, real = (way_of(part_T_base @ x, c, line) for x, c, line in ways)
+    meant = way_of(part_T_base @ path.ideal, tools.cutters, tools.of_run, path.line)
+    asked = way_of(part_T_base @ programmed, tools.cutters, tools.of_programmed)
+    real = way_of(part_T_base @ path.true, tools.swept(), tools.of_run, path.line)
 
     def carved(k: int, way: Way) -> Dexels:
         left = stock.copy()
@@ -90,6 +107,7 @@ def predict_surface(
     row, at = meant.rows(surface.move, surface.at)
     twists = np.stack([c.twist for c in path.causes], axis=2) if path.causes else np.zeros((len(path.t), 6, 0))
     shares, band = _reckoned(surface, row, at, path, twists, part_T_base)
+    runout = np.array(tools.runout)[0 if tools.of_run is None else tools.of_run[row]]
     wider = -runout * _across(surface, meant.moves)
     due = shares.sum(axis=1) + wider
     slope = np.abs(surface.normal[np.arange(len(due)), surface.direction])
@@ -117,10 +135,43 @@ def predict_surface(
     )
 
 
-def way_of(part_T_tool: Array, cutter: Cutter, line: Ints | None = None) -> Way:
-    """The way of a cutter along poses (N, 4, 4), whose moves belong to one line of the program (N,) each."""
-    tip, axis = part_T_tool[:, :3, 3].copy(), part_T_tool[:, :3, 2].copy()
-    return Way.of(tip, axis, cutter, tolerance=_STRAIGHT, label=line)
+def way_of(part_T_tool: Array, cutters: Sequence[Cutter], number: Ints | None = None, line: Ints | None = None) -> Way:
+    """The way along poses (N, 4, 4) of the cutters with these numbers (N,), None for the first; moves belong to one line of the
+    program (N,) each.
+    """
+    number = np.zeros(len(part_T_tool), np.int64) if number is None else np.array(number)
+    lone = np.flatnonzero(np.diff(number)[1:] * np.diff(number)[:-1]) + 1  # a row by itself cuts nothing
+    number[lone] = number[lone - 1]
+    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), len(number)]
+    ways = []
+    for begin, stop in pairwise(edges):
+        tip, axis = part_T_tool[begin:stop, :3, 3].copy(), part_T_tool[begin:stop, :3, 2].copy()
+        label = None if line is None else line[begin:stop]
+        which = int(number[begin])
+        way = Way.of(tip, axis, cutters[which], tolerance=_STRAIGHT, label=label)
+        moves = replace(way.moves, cutter=np.full(len(way.moves.tip), which), cutters=tuple(cutters))
+        ways.append(replace(way, moves=moves))
+    return _joined(ways)
+
+
+def _joined(ways: Sequence[Way]) -> Way:
+    """Ways one behind another, of cutters from one list; between two of them nothing is cut."""
+    tips: list[Array] = []
+    axes: list[Array] = []
+    along: list[Array] = []
+    numbers, kept = [], []
+    for way in ways:
+        if tips:
+            tips.append(np.stack([tips[-1][-1, 1], way.moves.tip[0, 0]])[None])
+            axes.append(np.stack([axes[-1][-1, 1], way.moves.axis[0, 0]])[None])
+            numbers.append(np.array([-1]))
+        tips.append(way.moves.tip)
+        axes.append(way.moves.axis)
+        numbers.append(way.moves.cutter)
+        kept.append(way.kept + sum(len(a) for a in along))
+        along.append(way.along + (along[-1][-1] if along else 0.0))
+    tip, axis, number = (np.concatenate(x) for x in (tips, axes, numbers))
+    return Way(Moves(tip, axis, number, ways[0].moves.cutters), np.concatenate(kept), np.concatenate(along))
 
 
 def _across(surface: CutSurface, moves: Moves) -> Array:

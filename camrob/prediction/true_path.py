@@ -27,7 +27,7 @@ from camrob.prediction.force_model import CuttingForce
 from camrob.se3 import rotation_exp
 from camrob.units import m_to_mm
 
-__all__ = ["UNEXPLAINED", "Cause", "TruePath", "claimed_constants", "true_path", "unit_name"]
+__all__ = ["UNEXPLAINED", "Cause", "TruePath", "claimed_constants", "joined_paths", "true_path", "unit_name"]
 
 Array = NDArray[np.float64]
 
@@ -139,6 +139,28 @@ def true_path(
     )
     path = _bent(_with_unexplained(path, behind, found, root, drawn), scene, known, root, force, area, cuts, granted)
     return replace(path, spread=np.concatenate([path.spread, *(s[:, :, None] for s in states)], axis=2))
+
+
+def joined_paths(paths: Sequence[TruePath]) -> TruePath:
+    """Paths of one machine one behind another, as they follow from the same diagnosis: of a run that changes its tool."""
+    if len(paths) == 1:
+        return paths[0]
+    drawn = [p.together for p in paths if p.together is not None]
+    most = max((d.shape[1] for d in drawn), default=0)
+    return replace(
+        paths[0],
+        t=np.concatenate([p.t for p in paths]),
+        line=np.concatenate([p.line for p in paths]),
+        ideal=np.concatenate([p.ideal for p in paths]),
+        true=np.concatenate([p.true for p in paths]),
+        causes=tuple(
+            Cause(c.name, np.concatenate([p.causes[k].twist for p in paths])) for k, c in enumerate(paths[0].causes)
+        ),
+        spread=np.concatenate([p.spread for p in paths]),
+        rest=np.concatenate([p.rest for p in paths]),
+        not_reckoned=tuple(dict.fromkeys(name for p in paths for name in p.not_reckoned)),
+        together=np.concatenate([np.pad(d, ((0, 0), (0, most - d.shape[1]))) for d in drawn]) if drawn else None,
+    )
 
 
 def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array, drawn: bool) -> TruePath:

@@ -82,7 +82,7 @@ class Bench:
 
     def off(self, base_T_tool: Array) -> Array:
         """(P,) m that a way of the tool leaves on the surface as it was meant; the first way that is given is the one meant."""
-        way, left = way_of(self.part_T_base @ base_T_tool, self.cutter), self.block.copy()
+        way, left = way_of(self.part_T_base @ base_T_tool, (self.cutter,)), self.block.copy()
         left.carve(way.moves)
         if self.surface is None:
             self.surface = left.surface(way.moves)

@@ -63,7 +63,7 @@ def test_the_area_across_a_way_is_that_of_the_groove() -> None:
 def test_the_holder_goes_through_what_stands_beside_a_short_cutter() -> None:
     """A cutter of 6 mm that is 8 long in a groove 10 deep: a holder of 12 mm cuts 2 mm into both sides, (12 - 6) x 2 x 40."""
     moves = along_x([28.0, 24.0, 20.0], Cutter(3 * MM, 0.0, 8 * MM))
-    taken = holder_takes(block(), moves, [(12 * MM, 20 * MM)])
+    taken = holder_takes(block(), moves, [[(12 * MM, 20 * MM)]])
     assert taken[[0, 1, 2, 3]] == pytest.approx(np.zeros(4), abs=1e-12)
     assert taken[4] == pytest.approx(6 * 2 * 40 * MM**3, rel=0.02)
 
@@ -71,7 +71,7 @@ def test_the_holder_goes_through_what_stands_beside_a_short_cutter() -> None:
 def test_a_holder_above_its_own_groove_is_clear() -> None:
     """As wide as the groove, it follows the cutter: what it would meet is gone when it comes."""
     moves = along_x([25.0, 20.0], Cutter(3 * MM, 0.0, 8 * MM))
-    narrow, wide = (holder_takes(block(), moves, [(d * MM, 20 * MM)]).sum() for d in (5.9, 6.2))
+    narrow, wide = (holder_takes(block(), moves, [[(d * MM, 20 * MM)]]).sum() for d in (5.9, 6.2))
     assert narrow == 0.0 < wide
 
 
@@ -82,8 +82,8 @@ def test_a_later_pass_does_not_hide_what_the_holder_met() -> None:
     both = Moves(
         np.concatenate([first.tip, then.tip]), np.concatenate([first.axis, then.axis]), np.array([0, 1]), (short, wide)
     )
-    alone = holder_takes(block(), first, [(12 * MM, 20 * MM)])
-    assert holder_takes(block(), both, [(12 * MM, 20 * MM)])[0] == pytest.approx(alone[0])
+    alone = holder_takes(block(), first, [[(12 * MM, 20 * MM)]])
+    assert holder_takes(block(), both, [[(12 * MM, 20 * MM)]])[0] == pytest.approx(alone[0])
 
 
 @pytest.mark.parametrize("off", [-0.12, 0.07])

@@ -13,9 +13,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "prediction"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
+from calibration_sample import calibration
 from gap import generator
 from summary_samples import diagnosis_summary
-from test_predict import calibration
 
 from camrob.calibration.calibration_file import read_calibration
 from camrob.calibration.error_model import ErrorModel

@@ -7,24 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from calibration_sample import calibration
 from process_story import KR15, TOOL_FRAMES, TWO_TOOLS, cell_with, posted, story, text_of
 from scipy.spatial.transform import Rotation
 
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
 from camrob.cell.read_cell import frame_of, read_cell
-from camrob.cell.read_setup import read_setup
 from camrob.controller.replay import replay
 from camrob.errors import CamrobError, JobError, ProgramError, SetupError, VerificationError
+from camrob.jobs.compensate import compensate
 from camrob.jobs.place import place
 from camrob.jobs.post import PostResult
-from camrob.jobs.predict import predict
-from camrob.jobs.predicting.removal import cutter_for
 from camrob.jobs.simulate import simulate
 from camrob.jobs.verify import verify
 from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.languages.read_program import read_program
+from camrob.program.motion import Motion
 
 PART = """%
 G21 G90 G17
@@ -315,12 +315,23 @@ def test_the_run_on_the_ideal_controller_is_one_log_with_each_tool_at_its_time(
     assert judged is not None and judged.blocks == blocks
 
 
-def test_a_prediction_of_several_tools_says_what_to_do(made: PostResult, tmp_path: Path) -> None:
-    """It asked for the number of a tool that was there."""
-    folder = cell_with(tmp_path, POSE)
-    (tmp_path / "setup.toml").write_text(TWO_TOOLS)
-    known = {"cell": folder, "out": tmp_path / "out", "setup": tmp_path / "setup.toml"}
-    with pytest.raises(ProgramError, match=r"more than one tool frame; post the operations of each tool"):
-        predict(made.out / "part.src", **known)
-    with pytest.raises(SetupError, match=r"sets up several tools.*own tool alone"):
-        cutter_for(read_setup(tmp_path / "setup.toml", read_cell(folder)))
+def test_each_tool_is_compensated_with_its_own_lever(made: PostResult, tmp_path: Path) -> None:
+    """An arm whose A2 stands 1 mrad on meets each tool's targets, by Pinocchio with that angle; a diagnosis is refused, truly."""
+    folder, program = cell_with(tmp_path, POSE), made.out / "part.src"
+    cell, text = read_cell(folder), read_program(program)
+    fitted = calibration(tmp_path / "fitted.toml", {"A2.zero": 1e-3, "tool.x": 1e-9})
+    result = compensate(program, cell=folder, calibration=fitted, out=tmp_path / "out")
+    meant, done = (replay(read_program(p), cell) for p in (program, tmp_path / "out" / "part.src"))
+    posed = ~np.isin(text.kind, [Motion.PTP_AXES, Motion.CIRC_VIA])
+    q = np.array(done.q)
+    q[:, cell.index("A2")] += 1e-3
+    for k, held in enumerate(meant.cells):
+        rows = np.flatnonzero(posed & (np.asarray(meant.mounted) == k))
+        assert len(rows) > 3
+        tip = pinocchio_poses(held, q[rows])[:, :3, 3]
+        np.testing.assert_allclose(tip, np.asarray(meant.base_T_tool)[rows, :3, 3], atol=3e-6)
+    assert result.summary.error_before.max_mm > 0.5 and result.summary.error_after.max_mm < 2e-3
+    assert "tool-of-one" in {w.code for w in result.summary.warnings}
+    (tmp_path / "FORCE.toml").write_text("[mean]\nalong_n = 50\nacross_n = 0\naxial_n = 0\n")
+    with pytest.raises(ProgramError, match="run on the machine as diagnosed with one; give the calibration alone"):
+        compensate(program, cell=folder, calibration=fitted, force=tmp_path / "FORCE.toml", out=tmp_path / "no")

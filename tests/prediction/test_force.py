@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_predict import CELL, MM, ROOT, calibration, program
+from calibration_sample import calibration
+from test_predict import CELL, MM, ROOT, program
 
 from camrob.calibration.calibration_file import read_calibration
 from camrob.cell.read_cell import read_cell

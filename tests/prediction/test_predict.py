@@ -10,12 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from calibration_sample import calibration
 from rich.console import Console
 
-from camrob.calibration.calibration import Calibration, ErrorSize, robot_digest
-from camrob.calibration.calibration_file import calibration_text
-from camrob.calibration.parameters import ParameterSet
-from camrob.calibration.terms import parameter_of
 from camrob.cell.read_cell import read_cell
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels
@@ -27,7 +24,7 @@ from camrob.jobs.predict import predict
 from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo
-from camrob.prediction.surface import predict_surface
+from camrob.prediction.surface import CuttersOfRun, predict_surface
 from camrob.prediction.true_path import Cause, TruePath, true_path
 from camrob.report.predict.page import camera_eye
 from camrob.report.predict.terminal_text import render_prediction
@@ -65,7 +62,7 @@ def test_a_push_is_reported_by_cause_and_its_doubt_by_the_band() -> None:
     )
     found = predict_surface(
         Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM),
-        Cutter(5 * MM, 5 * MM, 40 * MM),
+        CuttersOfRun((Cutter(5 * MM, 5 * MM, 40 * MM),), (0.0,)),
         np.eye(4),
         path,
         ideal,
@@ -87,35 +84,11 @@ def test_a_cutter_out_of_true_cuts_wider_and_no_deeper() -> None:
     t, line, causes = np.arange(count) * 0.004, np.arange(count), (Cause("nothing", nothing),)
     path = TruePath(t, line, ideal, ideal, causes, nothing[:, :, None], np.zeros(len(t)), ())
     stock = Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM)
-    found = predict_surface(stock, Cutter(3 * MM, 0.0, 40 * MM), np.eye(4), path, ideal, runout=0.04 * MM)
+    found = predict_surface(stock, CuttersOfRun((Cutter(3 * MM, 0.0, 40 * MM),), (0.04 * MM,)), np.eye(4), path, ideal)
     floor = found.normal[:, 2] > 0.9
     assert floor.any() and np.abs(found.deviation[floor]).max() < 1e-9
     assert (~floor).any() and found.deviation[~floor] == pytest.approx(np.full(np.sum(~floor), -0.04 * MM), abs=1e-7)
     assert found.runout == pytest.approx(found.deviation, abs=1e-7)
-
-
-def calibration(file: Path, values: dict[str, float], *, withheld: bool = True) -> Path:
-    cell = read_cell(CELL)
-    parameters = ParameterSet.of(parameter_of(cell, n) for n in values).with_values(
-        np.array(list(values.values())), np.full(len(values), 1e-6)
-    )
-    size = ErrorSize.of(np.full(50, 30e-6), np.zeros(50), oriented=False)
-    made = Calibration(
-        cell_name=cell.name,
-        cell_digest=robot_digest(cell),
-        parameters=parameters,
-        errors={"calibrated/withheld": size} if withheld else {},
-        condition=10.0,
-        observability=(1.0,) * 5,
-        scatter_position=2e-5,
-        logs=(("log.csv", "0"),),
-        rows=50,
-        outliers=0,
-        oriented=False,
-        warnings=(),
-    )
-    file.write_text(calibration_text(made), encoding="utf-8")
-    return file
 
 
 @pytest.fixture(scope="module")
@@ -304,7 +277,7 @@ def test_where_grooves_cross_no_ray_runs_on_to_another_wall() -> None:
     )
     found = predict_surface(
         Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM),
-        Cutter(5 * MM, 5 * MM, 30 * MM),
+        CuttersOfRun((Cutter(5 * MM, 5 * MM, 30 * MM),), (0.0,)),
         np.eye(4),
         path,
         ideal,
@@ -331,7 +304,7 @@ def test_a_machine_that_is_far_off_is_told_as_far_off_as_it_is(push_mm: tuple[fl
         np.arange(count) * 0.1, np.arange(count), ideal, true, causes, np.zeros((count, 6, 1)), np.full(count, 1e-6), ()
     )
     stock = Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM)
-    found = predict_surface(stock, Cutter(2 * MM, 0.0, 30 * MM), np.eye(4), path, ideal)
+    found = predict_surface(stock, CuttersOfRun((Cutter(2 * MM, 0.0, 30 * MM),), (0.0,)), np.eye(4), path, ideal)
     floor = found.normal[:, 2] > 0.99
     assert floor.sum() > 1000 and found.not_met == 0
     assert np.allclose(found.deviation[floor], push[2], atol=1e-5)

@@ -10,19 +10,19 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration import Calibration, calibrated_chain
-from camrob.calibration.compensate import Compensated, compensate_postures
-from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.calibration import Calibration
+from camrob.calibration.compensate import Compensated
 from camrob.cell.cell import Cell
 from camrob.controller.judge import judge
 from camrob.controller.programmed_path import programmed_path
 from camrob.controller.replay import Replay, replay
-from camrob.errors import InputError, SingularError, UnreachableError
+from camrob.errors import InputError, ProgramError, SingularError, UnreachableError
 from camrob.findings import Finding, first_error
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
 from camrob.jobs.closing.off_way import OffWay, off_path_size
 from camrob.jobs.closing.rewrite import rewritten
+from camrob.jobs.closing.tool_chains import ToolChains
 from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -66,11 +66,14 @@ class Correction:
         self.planned = replay(text, machine, progress=self.tell("replay"))
         self.judged = judge(text, self.planned)
         _followed(self.planned)
-        self.model, self.values = calibrated_chain(found, self.planned.one_tool(text))
+        self.chains = ToolChains.of(found, self.planned)
         self.q = _postures(text, self.planned)
         self.targets = np.asarray(self.planned.base_T_tool)
         self.kept = _stated(text, machine)
         self.result, self.left = self._compensated(self.targets)
+        if self.planned.others and self.chains.moves_tool:
+            what = "the calibration holds the tool's own frame, as of the one that was measured: it is taken for all of them"
+            self.left.append(Finding("tool-of-one", what))
         self.on_machine: OnDiagnosedMachine | None = None
         self.off_path, self.more = OffWay(np.zeros(0), np.zeros(0), np.zeros(0, np.int64)), False
 
@@ -81,7 +84,7 @@ class Correction:
     def _compensated(self, targets: Array) -> tuple[Compensated, list[Finding]]:
         """Postures that meet targets (N, 4, 4) within the axes' limits, and what was left because of them."""
         try:
-            result = compensate_postures(self.model, self.values, self.q, targets, progress=self.tell("compensate"))
+            result = self.chains.met(self.q, targets, progress=self.tell("compensate"))
         except SingularError as error:
             row = int(error.value or 0.0)
             what = "the pose can't be compensated: the arm is singular there; lead the path past that posture"
@@ -134,7 +137,17 @@ def _worth(off: OffWay, best: OffWay) -> bool:
 
 
 def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> Correction:
-    """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path."""
+    """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path.
+
+    Raises ProgramError for a program of several tools, which is met by its constants alone.
+    """
+    if made.planned.others:
+        hint = "give the calibration alone, or programs of one tool each"
+        raise ProgramError(
+            "sets more than one tool frame, and is run on the machine as diagnosed with one",
+            hint=hint,
+            path=made.source,
+        )
     _demand_cuts(known, made.text)
     as_it_was = known.run(made.text, progress=made.tell("run as it is on the machine as diagnosed"))
     before = as_it_was.off_path(programmed_path(made.text, made.planned))
@@ -228,9 +241,8 @@ def _postures(text: ProgramText, planned: Replay) -> Array:
     via = np.flatnonzero(np.asarray(text.kind) == Motion.CIRC_VIA)
     if len(via):
         half_way = 0.5 * (q[np.maximum(via - 1, 0)] + q[via + 1])
-        nominal = ErrorModel.of(planned.cell, (), in_base=True)
         targets = np.asarray(planned.base_T_tool)[via]
-        q[via] = compensate_postures(nominal, np.zeros(0), half_way, targets, farthest=np.pi).q
+        q[via] = ToolChains.of(None, planned).at(via).met(half_way, targets, farthest=np.pi).q
     return q
 
 

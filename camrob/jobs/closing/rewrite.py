@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.cell import Cell
 from camrob.controller.replay import Replay, base_offsets
 from camrob.errors import ProgramError
 from camrob.findings import Finding
-from camrob.kinematics.frames import base_T_tool, seen_by_program
+from camrob.jobs.closing.tool_chains import tool_poses
+from camrob.kinematics.frames import seen_by_program
 from camrob.program.axis_turns import turn_fits, turn_of
 from camrob.program.builder import printed_frames
 from camrob.program.language import Language, NewTarget
@@ -25,9 +25,10 @@ __all__ = ["rewritten", "write_files"]
 Array = NDArray[np.float64]
 
 
-def _printed_poses(text: ProgramText, cell: Cell, q: Array) -> Array:
+def _printed_poses(text: ProgramText, planned: Replay, q: Array) -> Array:
     """X .. C (N, 6), mm and degrees in the program's base, of the nominal robot in postures q (N, n)."""
-    return printed_frames(inverse(base_offsets(text, cell)) @ seen_by_program(cell, q, base_T_tool(cell, q)))
+    cell = planned.cell
+    return printed_frames(inverse(base_offsets(text, cell)) @ seen_by_program(cell, q, tool_poses(planned, q)))
 
 
 def rewritten(
@@ -57,7 +58,7 @@ def _patched(
     folder: Path, language: Language, text: ProgramText, planned: Replay, q: Array, kept: NDArray[np.bool_]
 ) -> tuple[dict[str, str], list[Finding]]:
     """The files' new texts (latin-1), and what was left as it is."""
-    poses = _printed_poses(text, planned.cell, q)
+    poses = _printed_poses(text, planned, q)
     axes = planned.cell.to_axis_values(q)[:, :6]
     sources = {name: (folder / name).read_bytes().decode("latin-1") for name in text.files}
     lines = {name: source.split("\n") for name, source in sources.items()}

@@ -19,11 +19,12 @@ from camrob.redundancy.stretches import change_values
 from camrob.toolpath.region import EventKind, Region
 from camrob.units import m_to_mm
 
-__all__ = ["MountedTool", "change_poses", "cutter_of", "mounted_loads", "mounted_tools", "one_frame"]
+__all__ = ["MountedTool", "change_poses", "cutter_of", "mounted_loads", "mounted_tools", "one_frame", "tool_for"]
 
 Array = NDArray[np.float64]
 
 SAME_FRAME = 1e-9  # m, and elements of the rotation
+_AS_PRINTED = 2e-6  # likewise, of a frame that a program has printed to 3 decimals of a mm and 4 of a degree
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +122,26 @@ def one_frame(mounted: Sequence[MountedTool], setup: Setup, what: str) -> None:
                 hint="give the operations of each tool by themselves",
                 path=setup.path,
             )
+
+
+def tool_for(cell: Cell, setup: Setup) -> ToolSetup:
+    """The set-up's tool that a program has mounted in a cell, known by its frame; the only one is not asked for its frame.
+
+    Raises SetupError where none of several has that frame, or tools that have it cut differently.
+    """
+    if len(setup.tools) == 1:
+        return setup.tools[0]
+    frame = np.asarray(cell.flange_T_tool)
+    alike = [t for t in setup.tools if np.allclose(t.flange_T_tool, frame, rtol=0.0, atol=_AS_PRINTED)]
+    x, y, z = m_to_mm(frame[:3, 3]).tolist()
+    if not alike:
+        what = f"none of its tools has the program's frame with X {x:.3f}, Y {y:.3f}, Z {z:.3f}"
+        raise SetupError(what, hint="give the set-up that the program was posted with", path=setup.path)
+    if len({(t.diameter, t.corner, t.length, t.holder, t.runout) for t in alike}) > 1:
+        named = ", ".join(t.name or str(t.number) for t in alike)
+        what = f"{named} have one frame, and nothing else in a program tells them apart"
+        raise SetupError(what, hint="measure each of them: flange_to_tool of its own", path=setup.path)
+    return alike[0]
 
 
 def cutter_of(tool: ToolSetup, setup: Setup) -> Cutter | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from camrob.cell.setup import Setup
+from camrob.cell.setup import Setup, ToolSetup
 from camrob.findings import Finding, collapse
 from camrob.jobs.release.beside import said_to_be_compensated
 from camrob.prediction.force_model import CuttingForce, Milling
@@ -23,13 +23,14 @@ def remarks_on(
     program: Path,
     meant: Path | None,
     setup: Setup,
+    tools: Sequence[ToolSetup],
     pushes: CuttingForce | None,
     surface: PredictedSurface,
     findings: Sequence[Finding],
 ) -> tuple[Remark, ...]:
     """All that is said, of the program's own findings last."""
     own = tuple(Remark(line=f.line, code=f.code, text=f.text, count=f.count) for f in collapse(list(findings)))
-    asked = (*_moved_on_purpose(program, meant), *_assumed(setup), *_other_tool(setup, pushes))
+    asked = (*_moved_on_purpose(program, meant), *_assumed(setup), *_other_tool(setup, tools, pushes))
     return (*asked, *_hardly_met(surface), *own)
 
 
@@ -45,11 +46,11 @@ def _moved_on_purpose(program: Path, meant: Path | None) -> tuple[Remark, ...]:
     return (Remark(line=0, code="compensated", text=text, count=1),)
 
 
-def _other_tool(setup: Setup, pushes: CuttingForce | None) -> tuple[Remark, ...]:
+def _other_tool(setup: Setup, tools: Sequence[ToolSetup], pushes: CuttingForce | None) -> tuple[Remark, ...]:
     """Where the force is that of another cutter or speed than the set-up's."""
     if pushes is None or not isinstance(pushes.model, Milling):
         return ()
-    model, tool, found = pushes.model, setup.tool(), []
+    model, tool, found = pushes.model, tools[0], []
     if tool.diameter and abs(model.diameter - tool.diameter) > _SAME * tool.diameter:
         found.append(f"a cutter of {m_to_mm(model.diameter):g} mm, and the set-up one of {m_to_mm(tool.diameter):g}")
     turns = model.rate * _MINUTE

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from camrob.bodies.meshes import body_triangles
 from camrob.cell.cell import Cell
 from camrob.cell.read_setup import read_setup
-from camrob.cell.setup import Setup
+from camrob.cell.setup import Setup, ToolSetup
+from camrob.controller.replay import program_cell
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, of_mesh
 from camrob.cutting.engagement import removed_area
 from camrob.errors import InputError, SetupError
-from camrob.jobs.files.mounting import cutter_of
+from camrob.jobs.files.mounting import cutter_of, tool_for
 from camrob.kinematics.frames import base_T_tool
+from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.surface import way_of
 from camrob.se3 import inverse
@@ -32,9 +34,10 @@ _OF_DIAMETER = 0.05  # of the cutter, between rays: a groove of a ball is then k
 
 
 def removal_of(program: Path, setup: Path | None, machine: Cell) -> Removal:
-    """What runs of a program cut of the set-up's stock. Raises InputError and SetupError where that is not said."""
+    """What runs of a program with one tool cut of the set-up's stock. Raises InputError and SetupError where that is not said."""
     held = setup_for(program, setup, machine)
-    cutter = cutter_for(held)
+    text = language_of_file(program).read(program, machine.controller_section)
+    cutter = cutter_for(tool_for(program_cell(text, machine)[0], held), held)
     stock = stock_of(held, 2.0 * _OF_DIAMETER * cutter.radius)
     return lambda run, cell: removed(run, cell, stock, cutter, np.asarray(held.base_T_part))
 
@@ -52,14 +55,15 @@ def setup_for(program: Path, setup: Path | None, machine: Cell) -> Setup:
     return read_setup(setup or beside, machine)
 
 
-def cutter_for(setup: Setup) -> Cutter:
-    """The set-up's one cutter. Raises SetupError where it does not say what its shape is."""
-    if len(setup.tools) > 1:
-        what = "sets up several tools, and the program is taken to be made with one"
-        raise SetupError(what, hint="give --setup a set-up that has the program's own tool alone", path=setup.path)
-    cutter = cutter_of(setup.tool(), setup)
+def cutter_for(tool: ToolSetup, setup: Setup) -> Cutter:
+    """The cutter of one of a set-up's tools. Raises SetupError where it does not say what its shape is."""
+    cutter = cutter_of(tool, setup)
     if cutter is None:
-        what = "does not say the cutter's shape"
+        what = (
+            f"does not say the shape of cutter {tool.name or tool.number}"
+            if len(setup.tools) > 1
+            else "does not say the cutter's shape"
+        )
         raise SetupError(what, hint="give [tool] diameter_mm, corner_radius_mm and length_mm", path=setup.path)
     return cutter
 
@@ -83,5 +87,5 @@ def stock_of(setup: Setup, pitch: float) -> Dexels:
 def removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, base_T_part: Array) -> Array:
     """(N,) m2 that is cut across the way to each row of a run, if the machine goes as it should."""
     part_T_tool = inverse(base_T_part) @ base_T_tool(cell, cell.to_q(run.setpoints(cell.axis_names)))
-    way = way_of(part_T_tool, cutter)
+    way = way_of(part_T_tool, (cutter,))
     return np.append(0.0, np.repeat(removed_area(stock, way.moves), np.diff(way.kept)))

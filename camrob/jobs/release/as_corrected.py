@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration import calibrated_chain
 from camrob.calibration.calibration_file import read_calibration
 from camrob.calibration.compensate import difference_sizes, pose_difference
 from camrob.cell.cell import Cell
 from camrob.controller.replay import Replay
 from camrob.errors import InputError
 from camrob.findings import Finding, Severity
+from camrob.jobs.closing.tool_chains import ToolChains
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.summaries.verify_summary import CorrectedFrom
@@ -38,16 +38,14 @@ def hold_to_original(
     """What a corrected program does besides moving its targets, and how far the calibrated robot is off the original's poses.
 
     corrected, original: texts and their replays. file: the original's. Raises LogError, StaleInputError for a calibration that is
-    none of the cell, ProgramError for programs of several tools, InputError where the one holds other motions than the other.
+    none of the cell, InputError where the one holds other motions than the other.
     """
     (text, run), (meant, planned) = corrected, original
     if len(text) != len(meant):
         hint = "give the program that it was made of; one that compensate --diagnosis has divided is not held to it"
         raise InputError(f"holds {len(meant)} motions, and {text.files[0]} {len(text)}", hint=hint, path=file)
     found = [f for check in (_elsewhere, _acts) if (f := check(text, meant)) is not None]
-    model, values = calibrated_chain(read_calibration(calibration, cell), planned.one_tool(meant))
-    run.one_tool(text)
-    reached = model.poses(values, np.asarray(run.q))
+    reached = ToolChains.of(read_calibration(calibration, cell), planned).poses(np.asarray(run.q))
     off = difference_sizes(pose_difference(np.asarray(planned.base_T_tool), reached))
     apart = np.abs(np.asarray(text.axes) - np.asarray(meant.axes)).max(axis=1)
     stays = (np.asarray(text.kind) == Motion.PTP_AXES) & (apart < _SAME)  # HOME, which asks for no pose

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibration.calibration import ErrorSize
-from camrob.calibration.compensate import Compensated, compensate_postures, difference_sizes, pose_difference
-from camrob.calibration.error_model import ErrorModel
+from camrob.calibration.compensate import Compensated, difference_sizes, pose_difference
 from camrob.cell.cell import Cell
 from camrob.controller.replay import Replay
 from camrob.errors import SingularError
 from camrob.findings import Finding
-from camrob.kinematics.frames import base_T_tool
+from camrob.jobs.closing.tool_chains import ToolChains, tool_poses
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.se3 import pose, slerp
@@ -81,7 +80,7 @@ def compensation_summary(
     rows = np.asarray(text.kind) != Motion.CIRC_VIA
     rows = rows & ~kept if np.any(rows & ~kept) else rows
     moved = np.linalg.norm(
-        (base_T_tool(cell, np.asarray(result.q)) - np.asarray(planned.base_T_tool))[rows, :3, 3], axis=1
+        (tool_poses(planned, np.asarray(result.q)) - np.asarray(planned.base_T_tool))[rows, :3, 3], axis=1
     )
     error_after = PoseErrorSize(**_sizes(after[rows]))
     said = [*findings, *_findings(error_after, between, *rates), *_not_covered(machine)]
@@ -138,9 +137,7 @@ def _axes(cell: Cell, correction: Array, line: NDArray[np.int64]) -> dict[str, A
     return out
 
 
-def error_between(
-    model: ErrorModel, values: Array, text: ProgramText, planned: Replay, replayed: Replay
-) -> ErrorBetween | None:
+def error_between(chains: ToolChains, text: ProgramText, planned: Replay, replayed: Replay) -> ErrorBetween | None:
     """Errors half-way through the LINs, where nothing was corrected: long lines bend a little. None without a LIN."""
     rows = np.flatnonzero(np.asarray(text.kind) == Motion.LIN)
     rows = rows[rows > 0]
@@ -148,12 +145,11 @@ def error_between(
         return None
     middles = [_middle(np.asarray(run.base_T_tool), rows) for run in (planned, replayed)]
     start = 0.5 * (np.asarray(replayed.q)[rows - 1] + np.asarray(replayed.q)[rows])
-    nominal = ErrorModel.of(planned.cell, (), in_base=True)
     try:
-        q = np.asarray(compensate_postures(nominal, np.zeros(0), start, middles[1], farthest=np.pi).q)
+        q = np.asarray(ToolChains.of(None, planned).at(rows).met(start, middles[1], farthest=np.pi).q)
     except SingularError:
         return None  # the replay has looked at these motions; here only a figure is lost
-    sizes = difference_sizes(pose_difference(middles[0], model.poses(values, q)))
+    sizes = difference_sizes(pose_difference(middles[0], chains.at(rows).poses(q)))
     return ErrorBetween(**_sizes(sizes), worst_line=int(text.line[rows[int(np.argmax(sizes[:, 0]))]]))
 
 
