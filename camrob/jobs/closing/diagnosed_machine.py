@@ -23,7 +23,7 @@ from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
-from camrob.prediction.speed_errors import SLOWLY, causes_of_speed, twist_of
+from camrob.prediction.speed_errors import SLOWLY, beside_way, causes_of_speed, twist_of
 from camrob.prediction.true_path import TruePath, true_path, unit_name
 from camrob.program.motion import AT_SPEED, Motion
 from camrob.program.program_text import ProgramText
@@ -111,19 +111,15 @@ class MachineRun:
     def beyond_constants(self) -> Array:
         """(N, 6) twists in `base` between the tool of the calibrated chain and the true one.
 
-        Of what comes of the speed (a lag), the part along the way is left out: the tool gets there, only later, and a target
+        Of what comes of the speed (a lag), what leaves the tool on its way is left out: it gets there, only later, and a target
         set ahead for it would be overrun where the motion ends.
         """
         cell = self.cell
         model, values = calibrated_chain(self.machine.constants, cell)
         calibrated = model.poses(values, cell.to_q(self.log.setpoints(cell.axis_names)))
         twist = pose_difference(self.path.true, calibrated)
-        move = np.diff(self.path.ideal[:, :3, 3], axis=0)
-        step = self.way.step[1:, None]
-        way = np.divide(move, step, out=np.zeros_like(move), where=step > 0.0)
-        way = np.concatenate([way[:1], way])
-        along = np.einsum("ni,ni->n", self._of_speed()[:, :3], way)
-        twist[:, :3] -= along[:, None] * way
+        moved = self._of_speed()[:, :3]
+        twist[:, :3] -= moved - beside_way(self.path.ideal[:, :3, 3], moved)
         return twist
 
     def beyond_at_ends(self) -> Array:
