@@ -11,11 +11,17 @@ from camrob.errors import CellError, InputError
 
 __all__ = ["read_toml"]
 
+_MOST_BYTES = 2**26  # 64 MB: a diagnosis with everything in it is a hundredth of it
+
 
 def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, Any]:
     """The contents of a TOML file. Raises `error`, with the line, where it can't be read."""
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        if len(data) > _MOST_BYTES:
+            raise error("is too large for a TOML file", hint="check the path", path=path)
+        return tomllib.loads(data.decode("utf-8-sig"))
     except IsADirectoryError:
         raise error("is a folder", hint="name the .toml file in it", path=path) from None
     except OSError as e:

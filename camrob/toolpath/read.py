@@ -146,9 +146,11 @@ def _bytes(path: Path) -> bytes:
     """The file's bytes. Raises ToolpathError where there are none to be had."""
     try:
         size = path.stat().st_size
-        if size > _LARGEST_BYTES:
-            raise ToolpathError(f"the file has {size >> 20} MiB, more than 1024", hint="split it", path=path)
-        return path.read_bytes().strip(b"\0")  # leader and trailer of a tape, and what DNC fills a block up with
+        with path.open("rb") as file:
+            data = b"" if size > _LARGEST_BYTES else file.read(_LARGEST_BYTES + 1)  # a device has no size, and no end
+        if max(size, len(data)) > _LARGEST_BYTES:
+            raise ToolpathError("the file has more than 1024 MiB", hint="split it", path=path)
+        return data.strip(b"\0")  # leader and trailer of a tape, and what DNC fills a block up with
     except OSError as error:
         why = (error.strerror or "it can't be opened").lower()
         raise ToolpathError(f"can't be read: {why}", hint="check the path", path=path) from error

@@ -50,7 +50,8 @@ def coordinates(s: Statement, counts: tuple[int, ...]) -> list[float]:
                 raise ToolpathError(f"{s.word} holds {arg}, which is not read there", hint=hint, line=s.line)
             if re.match(r"[A-Z(]", arg):
                 raise source_refusal(s.line)
-            raise ToolpathError(f"{s.word} holds {arg!r}, no number", hint="the line is damaged", line=s.line)
+            hint = "the line is damaged; get the file again"
+            raise ToolpathError(f"{s.word} holds {arg[:40]!r}, no number", hint=hint, line=s.line)
         values.append(arg)
     if len(values) not in counts:
         more = len(values) > max(counts)
