@@ -66,6 +66,12 @@ def test_another_modules_local_is_not_seen(tmp_path: Path) -> None:
         read_rapid(path)
 
 
+def test_another_modules_local_procedure_is_not_called(tmp_path: Path) -> None:
+    path = written(tmp_path, f"CONST robtarget p1:={at(5)};\n", "sub;\n" + GO, f"LOCAL PROC sub()\n{GO}ENDPROC\n")
+    made = run_program(path, read_machine(IRB6700))
+    assert any("not at hand" in gap.text for gap in made.gaps) and len(made.path.tip) == 2
+
+
 def test_a_tool_is_the_modules_own(tmp_path: Path) -> None:
     """The spindle of module b is 100 mm longer, and behind its procedure the shorter one is in force again."""
     other = f"LOCAL PERS tooldata tS:={LONGER};\nPROC sub()\n{GO}ENDPROC\n"

@@ -324,6 +324,8 @@ class _Runner(Walk):
     def call(self, match: re.Match[str], line: Line) -> None:
         """A procedure at hand; else it is a hook's, or a gap."""
         found = self.procedures.get(match["name"])
+        if found is not None and found[1].head.code.startswith("LOCAL "):
+            found = found if str(found[0].path) == self.state.files[self.state.file] else None
         texts = split_top(match["inputs"]) if match["inputs"] else []
         if found is not None and found[1].inputs is not None and len(texts) == len(found[1].inputs):
             self.enter(
