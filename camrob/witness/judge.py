@@ -34,6 +34,7 @@ _LIMITS = frozenset({"limit", "unreachable", "axis-jump", "singular", "status-tu
 _SETUP = "setup.toml"  # beside the CL file: the set-up where none is named
 _LONG = 100_000  # motions from which on what a reader leaves behind is worth being looked for: 40 MB
 _CHORD = mm_to_m(0.01)  # of arcs, where the set-up names none
+_USUAL_RAPID = mm_to_m(100.0)  # m/s, likewise: 6 m/min, whatever the writer takes
 
 
 @dataclass(slots=True)
@@ -92,15 +93,15 @@ def judge(
     slower_allowed: str = "",
     begin: int = 0,
     clamping: str | None = None,
-    usual_rapid: float | None = None,
+    usual_rapid: bool = False,
 ) -> Verdict:
     """Judges a program (its main .src) for a cell (folder or cell.toml), against a CL file by a set-up (else the one beside it).
 
     Without a CL file: what the program alone shows, which is frames, limits and what isn't understood. dialect, units: over
     what set-up and file say. slower_allowed: why cuts may be slower than the file says. begin: the CL file's line from which on
     the program does what it asks for (a program that is entered again at an operation), 0 for all of it. clamping: the set-up's,
-    where it has several: the program does what the file has in its lines. usual_rapid: m/s that
-    ways through air are held to where the set-up names none; None: they may be as fast as they like.
+    where it has several: the program does what the file has in its lines. usual_rapid: ways through air are held to 6 m/min where
+    the set-up names no feed for them; else they may be as fast as they like.
     Raises CellError, SetupError, ToolpathError, KrlError for what can't be read.
     """
     clock = _Clock()
@@ -124,7 +125,7 @@ def judge(
     elif not len(story.way):  # nothing of the file was read
         found = Comparison([], 0, 0, list(story.gaps))
     else:
-        found = compare(story, run, _terms(machine, job, slower_allowed, usual_rapid))
+        found = compare(story, run, _terms(machine, job, slower_allowed, _USUAL_RAPID if usual_rapid else None))
     clock.lap("rules")
     run = settled
     objections = (*run.objections, *found.objections)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from process_story import KR15, posted
 
+from camrob.errors import VerificationError
 from camrob.witness.cl import read_story
 from camrob.witness.judge import judge
 
@@ -108,9 +109,18 @@ def test_out_of_the_hole_no_slower_and_not_rounded_off(tmp_path: Path) -> None:
 def test_air_is_held_to_the_usual_rapid_where_the_set_up_names_none(tmp_path: Path) -> None:
     made = posted(tmp_path, "a.h", KLARTEXT.format(1, 0, 2), setup="part_in_base = [0, 0, 200, 0, 0, 0]\n")
     program = next(made.out.glob("*.src"))
-    for usual, codes in ((0.1, set()), (0.09, {"rapid-higher"}), (None, set())):
+    for speed, usual, codes in (("0.1", True, set()), ("0.102", True, {"rapid-higher"}), ("0.102", False, set())):
+        program.write_text(program.read_text().replace("$VEL.CP = 0.100000", f"$VEL.CP = {speed}"))
         verdict = judge(program, KR15, clfile=tmp_path / "in" / "a.h", usual_rapid=usual)
         assert {o.code for o in verdict.objections} == codes
+        program.write_text(program.read_text().replace(f"$VEL.CP = {speed}", "$VEL.CP = 0.100000"))
+
+
+def test_the_gates_usual_rapid_is_not_the_writers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The writer's own number was handed to what judges it: ten times as much was released."""
+    monkeypatch.setattr("camrob.jobs.files.inputs.RAPID_SPEED", 1.0)
+    with pytest.raises(VerificationError, match="rapid"):
+        posted(tmp_path, "a.h", KLARTEXT.format(1, 0, 2), setup="part_in_base = [0, 0, 200, 0, 0, 0]\n")
 
 
 DEEP = (

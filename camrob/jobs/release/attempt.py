@@ -180,7 +180,7 @@ def _witnessed(order: Order, inputs: JobInputs, feed: FeedOutcome, main: Path) -
             setup=inputs.setup.path,
             dialect=order.asked.dialect,
             units=order.asked.units,
-            usual_rapid=inputs.rapid_speed,
+            usual_rapid=True,
             slower_allowed=SLOWER_BY_PLAN
             if order.asked.feed == "optimal"
             else SLOWER_BY_TOLERANCE
