@@ -11,24 +11,22 @@ from camrob.dynamics.gravity import GRAVITY
 from camrob.gap.effects.common import (
     arm_axes,
     found_once,
-    tool_mass,
     under_even_kilogram,
     under_flange_kilogram,
-    under_kilogram,
 )
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.effects.robot_size import ordinary_compliance, ordinary_sag, reach_of
+from camrob.gap.effects.told_load import beyond_told, most_beyond, told_key, under_told_load
 from camrob.gap.observation.scene import Scene
 
 __all__ = ["EFFECT"]
 
 Array = NDArray[np.float64]
 
-_LEAST_TORQUE, _LEAST_LOAD = 0.5, 0.05  # Nm; kg by which payloads have to differ to be two
+_LEAST_TORQUE = 0.5  # Nm
 _COMMON, _MOST, _NEGATIVE = 12.0, 100.0, 0.025  # times what is ordinary for such a robot
 _SAG = "sag"  # the unit of an axis of an arm whose masses nobody knows
 _LEAST_SAG = 0.02  # of what an axis gives under the arm stretched out: what shows nothing
-_LOADED = " beyond "  # in a unit's key, before the least payload of the logs and by how much the most is beyond it, kg
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
@@ -37,7 +35,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         return _by_length(scenes)
     usual = ordinary_compliance(cell)
     lower, upper, common = -_NEGATIVE * usual, _MOST * usual, _COMMON * usual
-    loaded = _loaded(scenes)
+    loaded = told_key(scenes)
     return tuple(
         Unit(
             "joint_compliance", a, (EffectParameter(f"{a}_rad_nm", "rad/Nm", usual, lower, upper, common),), key=loaded
@@ -47,29 +45,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     )
 
 
-def _loaded(scenes: Sequence[Scene]) -> str:
-    """For a unit's key: payloads that the logs tell, where these differ; "" else, as it is then part of what always weighs."""
-    told = [s.log.info.payload for s in scenes]
-    if not np.isfinite(told).all() or float(np.ptp(told)) < _LEAST_LOAD:
-        return ""
-    return f"{_LOADED}{min(told):.6g} {np.ptp(told):.6g}"
-
-
-def _beyond(scene: Scene, unit: Unit) -> tuple[float, float]:
-    """kg that a log's payload is beyond the least of all, and the most that any is; 0 for what is not told."""
-    _, loaded, numbers = unit.key.partition(_LOADED)
-    if not loaded:
-        return 0.0, 0.0
-    least, most = map(float, numbers.split())
-    return (scene.log.info.payload - least if np.isfinite(scene.log.info.payload) else 0.0), most
-
-
 def _by_length(scenes: Sequence[Scene]) -> tuple[Unit, ...]:
     """Of an arm whose masses nobody knows: how far each axis gives, stretched out, under links that weigh by their lengths, and
     under what the plate carries. Both together say any share of the one; what they weigh, and so a compliance, nobody can say.
     Where logs tell several payloads: also under the most that one of them carries beyond the others.
     """
-    usual, loaded = ordinary_sag(), _loaded(scenes)
+    usual, loaded = ordinary_sag(), told_key(scenes)
     most, common = _MOST * usual, _COMMON * usual
     parts = ("links", "plate", "load") if loaded else ("links", "plate")
     return tuple(
@@ -102,18 +83,19 @@ def _share(scene: Scene, axis: str, pull: Array) -> float:
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    beyond, most = _beyond(scene, unit)
+    beyond, most = beyond_told(scene, unit.key), most_beyond(unit.key)
     k = arm_axes(scene.cell).index(unit.axis)
     if unit.key.startswith(_SAG):
         pulls = [pull[k] for pull in _pulls(scene)]
         return tuple(Column(tcp=pull) for pull in [*pulls, *([pulls[1] * (beyond / most)] if most else [])])
     sag = scene.shift(unit.axis, scene.torque[:, scene.index(unit.axis)])
-    more = under_kilogram(scene, np.asarray(tool_mass(scene.cell).center))[k].tcp if beyond else None
-    return (Column(tcp=sag if more is None else sag + beyond * more),)
+    more = under_told_load(scene, unit.key)[k].tcp if beyond else None
+    return (Column(tcp=sag if more is None else sag + more),)
 
 
 def _terms(unit: Unit, state: State) -> tuple[str, ...]:
-    return () if unit.key.startswith(_SAG) else (f"{unit.axis}.compliance",)
+    # the one error model weighs the cell's own masses alone
+    return () if unit.key else (f"{unit.axis}.compliance",)
 
 
 def _likewise(scenes: Sequence[Scene]) -> tuple[str, ...]:
@@ -131,8 +113,8 @@ EFFECT = Effect(
     experiment="run the same path with another payload: compliance changes with it, zeros and geometry don't",
     remedy="nothing to adjust: every arm gives way under its weight, and it is corrected in the program",
     odd_axis=(
-        "weigh the tool and check the load data; only if they are right is the gear or bearing of {axis} to be looked at, as it "
-        "is far softer than its like"
+        "weigh the tool and check the load data, and the bolts of plate, tool changer and tool; only if they are right is the "
+        "gear or bearing of {axis} to be looked at, as it is far softer than its like"
     ),
     units=_units,
     columns=_columns,

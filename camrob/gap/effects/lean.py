@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from camrob.dynamics.gravity import GRAVITY
 from camrob.gap.effects.common import reach_moments
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.effects.robot_size import ordinary_compliance
+from camrob.gap.effects.told_load import beyond_told, told_key
 from camrob.gap.observation.scene import Scene
 from camrob.units import mm_to_m
 
@@ -26,29 +28,32 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     axis = ordinary_compliance(scenes[0].cell)
     usual, most, lower, common = _USUAL * axis, _MOST * axis, -_NEGATIVE * axis, _COMMON * _USUAL * axis
     parameters = tuple(EffectParameter(f"about_{p}_rad_nm", "rad/Nm", usual, lower, most, common) for p in "xy")
-    units = [Unit("lean", "", parameters, key="moment")]
+    load = told_key(scenes)
+    units = [Unit("lean", "", parameters, key=f"moment{load}")]
     for share in _SHARES:
         own = tuple(EffectParameter(f"about_{p}_{share}_rad_nm", "rad/Nm", usual, -most, most) for p in "xy")
-        units.append(Unit("lean", "", own, key=share))
+        units.append(Unit("lean", "", own, key=f"{share}{load}"))
     reach = tuple(
         EffectParameter(f"about_{p}_rad_m", "rad/m", _BY_REACH, -_MOST_BY_REACH, _MOST_BY_REACH) for p in "xy"
     )
     units.append(Unit("lean", "", reach, key="reach"))
     deep = _DEEPEST * most
     foot = tuple(EffectParameter(f"foot_{p}_m_nm", "m/Nm", _HEIGHT * usual, -deep, deep) for p in "xy")
-    return (*units, Unit("lean", "", foot, key="foot"))
+    return (*units, Unit("lean", "", foot, key=f"foot{load}"))
 
 
 def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
-    masses = scene.cell.masses
-    if unit.key in _SHARES:
-        end = masses[-1] if unit.key == "tool" else masses[0]
+    masses, kind = scene.cell.masses, unit.key.partition(" ")[0]
+    carried = GRAVITY * beyond_told(scene, unit.key) * reach_moments(scene)
+    if kind in _SHARES:
+        end = masses[-1] if kind == "tool" else masses[0]
         moment = scene.moments[[m.after == end.after for m in masses]].sum(axis=0)
-    elif unit.key == "reach":
+        moment = moment + carried if kind == "tool" else moment
+    elif kind == "reach":
         moment = reach_moments(scene)
     else:
-        moment = scene.moments.sum(axis=0)
-    if unit.key == "foot":
+        moment = scene.moments.sum(axis=0) + carried
+    if kind == "foot":
         # what leans about a place below the foot carries the foot along
         return (Column(tcp=scene.place("root.x") * moment[:, 1:]), Column(tcp=scene.place("root.y") * -moment[:, :1]))
     return tuple(Column(tcp=scene.place(f"root.r{p}") * moment[:, k : k + 1]) for k, p in enumerate("xy"))

@@ -58,3 +58,21 @@ def test_of_known_masses_the_load_beyond_the_least_weighs_at_the_tool() -> None:
     load = replace(KR, masses=((5, 5.0, (0.0, 0.0, 0.13)),))
     assert turned == pytest.approx(pulled(load, axis)[:, 1], abs=0.05)
     assert np.abs(turned).max() > 20.0
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_one_payload_that_is_told_is_no_load_that_nobody_counted(told: bool, tmp_path: Path) -> None:
+    """A2 gives way under the arm's own masses, which the cell tells, and under 5 kg at the plate, of which the log alone does."""
+    masses = "\n".join(
+        f'[[mass]]\nname = "m{k}"\nafter = "A{k}"\nmass_kg = {kg}\ncenter_mm = {[1e3 * v for v in at]}'
+        for k, kg, at in ((k + 1, kg, at) for k, kg, at in ARM.masses)
+    )
+    (tmp_path / "cell.toml").write_text(f"{SEVEN.cell}\n{masses}\n")
+    log = log_of(tmp_path, 5.0, 3, told=told)
+    said = diagnose([log], read_cell(tmp_path)).summary
+    found = {e.effect: e for e in said.claimed}
+    if not told:
+        assert set(found) != {"joint_compliance"} or said.together.rms_after_mm > 0.06
+        return
+    assert set(found) == {"joint_compliance"} and said.unknown.probability < 0.5
+    assert found["joint_compliance"].parameters["A2_rad_nm"].value == pytest.approx(GIVE[1], rel=0.05)
