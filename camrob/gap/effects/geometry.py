@@ -46,6 +46,10 @@ EFFECT = Effect(
     regimes=("position",),
     experiment="calibrate the arm on 50 or more postures spread over its whole range (camrob calibrate)",
     remedy="nothing to adjust: arms are built so, unless this one has hit something; it is corrected in the program",
+    odd_axis=(
+        "look at what has hit the arm: first the mastering marks of all axes, as a zero that is lost hides in these values, then "
+        "a bent or exchanged link; then calibrate it"
+    ),
     units=_units,
     columns=_columns,
     accuracy=0.002,

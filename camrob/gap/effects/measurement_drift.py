@@ -24,17 +24,22 @@ _SHIFT, _TURN = mm_to_m(0.03), deg_to_rad(0.002)  # over a log
 _SLIP, _SLIP_TURN = mm_to_m(0.3), deg_to_rad(0.05)
 _ELSEWHERE, _ELSEWHERE_TURN = mm_to_m(1.0), deg_to_rad(0.05)
 _CHOICES, _MOMENTS = 20, 100  # causes before which no instrument is blamed; moments at which a target may slip
+_SETTLED, _SETTLES_IN = mm_to_m(0.1), 300.0  # m; s, in less than which no stand settles
+_SETTLES = (0.3, 0.1, 0.6)  # of a log, in which a stand settles by all but a third of its way
 _EDGE = 0.05  # of a log, in which no slip can be told from its end
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """Steadily over all logs' common clock, each log from its own beginning; a target that slips at one moment of a log; and an
+    """Steadily, or settling, each log from its own beginning; a target that slips at one moment of a log; and an
     instrument that stood elsewhere on a further log, though all say one frame.
     """
     if not all(s.tracked for s in scenes):
         return ()
     names = [f"drift_{p}" for p in PLACES]
     units = [Unit("measurement_drift", "", place_parameters(names, _SHIFT, _TURN), _CHOICES, "steady")]
+    if all(np.ptp(s.t) >= _SETTLES_IN for s in scenes):
+        settled = place_parameters([f"settled_{p}" for p in PLACES], _SETTLED, _TURN)
+        units.append(Unit("measurement_drift", "", settled, _CHOICES, "settling"))
     for scene in scenes:
         slip = _moment(scene)
         if slip is not None:
@@ -69,6 +74,11 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     if kind == "steady":
         twists = left_twists(scene.nominal)
         course = (scene.t - scene.t[0]) / max(float(np.ptp(scene.t)), 1e-9)
+    elif kind == "settling":
+        twists = left_twists(scene.nominal)
+        passed = (scene.t - scene.t[0]) / max(float(np.ptp(scene.t)), 1e-9)
+        settles = state.get("settles", _SETTLES[0])
+        course = np.expm1(-passed / settles) / np.expm1(-1.0 / settles)
     elif unit.key.startswith(APART):
         twists = left_twists(scene.nominal)
         course = np.full(len(scene), float(scene.name == rest))
@@ -83,9 +93,9 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[s
     said = []
     for key in sorted(keys):
         kind, _, rest = key.partition(" ")
-        part = "drift" if kind == "steady" else kind
+        part = {"steady": "drift", "settling": "settled"}.get(kind, kind)
         size = float(np.linalg.norm([values.get(f"{part}_{p}_mm", 0.0) for p in PLACES[:3]]))
-        how = f"it moved steadily, by {size:.2g} mm over a log"
+        how = f"it {'settled' if part == 'settled' else 'moved steadily'}, by {size:.2g} mm over a log"
         if key.startswith(APART):
             how = f"it stood elsewhere on {rest} than on the first log, by {size:.2g} mm"
         elif rest:
@@ -98,10 +108,13 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[s
 
 EFFECT = Effect(
     name="measurement_drift",
-    physics="The instrument's frame moves steadily, or from log to log, or its target slips on the tool at one moment.",
+    physics="The instrument's frame moves steadily, settles, or jumps between logs, or its target slips at one moment.",
     stages=("encoder_to_tcp",),
     regimes=("time",),
-    experiment="measure a fixed nest before, half-way and after the run, the robot's part left as it is",
+    experiment=(
+        "look whether the target sits fast on the tool, then measure a fixed nest before, half-way and after the run, the "
+        "robot's part left as it is"
+    ),
     remedy=(
         "nothing at the robot: fix the instrument's stand, let it warm up, check the seat of its target, and "
         "measure again"
@@ -109,6 +122,7 @@ EFFECT = Effect(
     units=_units,
     columns=_columns,
     accuracy=0.02,
+    trials=tuple({"settles": s} for s in _SETTLES),
     of_instrument=_accuses,
     of_machine=False,
 )

@@ -61,6 +61,7 @@ Set = frozenset[int]
 _TRIES = 3  # times that sets without what is implausible are fitted anew
 _LIKELY = 0.02  # of the sets' probability that must be left for that
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
+_NO_HARM = 0.1  # of the noise's energy, by which withheld samples may be worse where another name shows nearly the same
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
@@ -369,7 +370,8 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
             ]
         )
         error = float(gains.std()) * np.sqrt(len(gains))
-        if gains.sum() < -max(error, _TOO_SMALL * float(np.sum(without.after**2))):
+        small = _NO_HARM * model.noise**2 * len(without.after)
+        if gains.sum() < -max(error, small, _TOO_SMALL * float(np.sum(without.after**2))):
             sets: dict[frozenset[str], float] = {}
             for names, p in model.sets.items():
                 kept = names - {name}
