@@ -56,6 +56,42 @@ def test_what_may_be_another_is_asked_before_anything_is_changed() -> None:
     assert lines["Do first"].startswith("Move A2 alone. ") and "Change nothing for backlash" in lines["Do first"]
 
 
+def test_what_is_clear_beside_a_doubtful_cause_is_in_the_first_step_too() -> None:
+    """Lost motion of A4 by two names, and A5 dragged along by it: the technician was told of the one alone."""
+    loops = effect_found(
+        "hysteresis",
+        ["A4"],
+        {"A4_dahl_deg": 0.067},
+        probability=0.78,
+        indistinguishable_from=["backlash"],
+        isolated_by="move A4 alone to and fro",
+        moves_mm=0.3,
+    )
+    loops["parameters"]["A4_dahl_deg"]["usual"] = 0.01
+    dragged = effect_found(
+        "wrist_coupling",
+        ["A5"],
+        {"A5_by_A4": 5e-4},
+        remedy="enter the coupling factors of the wrist, or correct it",
+        moves_mm=0.2,
+    )
+    lines = said(loops, dragged)
+    assert "is more than a gear does so: rather backlash" in lines["What"]
+    first = lines["Do first"]
+    assert first.startswith(
+        "Move A4 alone to and fro. Wrist coupling of A5, which is clear: enter the coupling factors"
+    )
+    assert "Change nothing for hysteresis of A4" in first
+    assert "which is clear" not in said(loops, dragged | {"moves_mm": 0.02})["Do first"]
+
+
+def test_of_what_is_unknown_the_look_of_minutes_is_the_first_step() -> None:
+    run = "drive to one pose ten times and measure it each time: if it scatters. Then run A2 alone; look for a step"
+    lines = said(unknown=UNKNOWN | {"isolated_by": run}, status="unexplained", next_experiment="Isolate: run A2.")
+    assert lines["Do first"].startswith("Drive to one pose ten times and measure it each time")
+    assert "run A2" not in lines["Do first"]
+
+
 def test_what_stays_is_said_with_its_place_and_asked_first_where_it_is_most_of_the_gap() -> None:
     doubtful = PLAY | {"probability": 0.78, "indistinguishable_from": ["hysteresis"]}
     lines = said(doubtful, unknown=UNKNOWN)
@@ -78,7 +114,7 @@ def test_what_stays_is_said_with_its_place_and_asked_first_where_it_is_most_of_t
     ],
 )
 def test_a_value_that_no_such_machine_has_is_said_to_be_none(other: dict[str, Any], words: str) -> None:
-    load = effect_found("payload", [], {"mass_kg": 312.0}) | other
+    load = effect_found("payload", [], {"mass_kg": 312.0}, regimes=["load", "position"]) | other
     load["parameters"]["mass_kg"] |= {"usual": 49.5}
     assert "mass 312 ± 6 kg, 6 times the ordinary," in said(load)["What"] and words in said(load)["What"]
     load["parameters"]["mass_kg"] |= {"usual": 60.0}

@@ -91,8 +91,8 @@ EFFECT = Effect(
     regimes=("acceleration",),
     experiment="run the path at half speed: what acceleration causes falls to a quarter, what speed causes to a half",
     remedy=(
-        "lower the acceleration on the moves that matter, and have the gains and the feed-forward of these drives "
-        "looked at"
+        "check the load data (mass, centre, inertia of tool and part), from which the controller reckons its feed-forward, then "
+        "gains and feed-forward of these drives; lower the acceleration on the moves that matter"
     ),
     units=_units,
     columns=_columns,

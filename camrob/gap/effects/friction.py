@@ -104,8 +104,9 @@ EFFECT = Effect(
     stages=("setpoint_to_encoder",),
     regimes=("direction", "speed"),
     experiment=(
-        "run small circles at two speeds: peaks stay at the quadrants, lag grows with speed; while the axis hangs the motor's "
-        "current climbs under friction, and not in a dead zone"
+        "run the axis alone both ways, at 10 % and at 50 % of its speed, with the motor's current logged: friction holds it back "
+        "by as much at both, and the current climbs before it turns round, which it does not in a dead zone; a lag grows with "
+        "the speed"
     ),
     remedy=(
         "have brake, grease and bearings of these axes looked at, then the drive's integral gain; keep axes from "

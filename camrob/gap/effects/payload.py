@@ -57,7 +57,10 @@ EFFECT = Effect(
     physics="A mass at the tool that nobody counted makes every axis sag in proportion to its own torque about it.",
     stages=("encoder_to_tcp",),
     regimes=("load", "position"),
-    experiment="run the path with and without the tool's mass, or read the axis torques at rest in three postures",
+    experiment=(
+        "weigh the tool with all that hangs on it and look at its bolts, then run the path with and without the tool's mass, or "
+        "read the axis torques at rest in three postures"
+    ),
     remedy=(
         "weigh the tool with its cables and hoses and enter mass and centre of mass as load data, on the "
         "controller and in the cell"

@@ -137,7 +137,7 @@ EFFECT = Effect(
     regimes=("position",),
     experiment="drive the track alone from end to end and back, the arm's axes at rest",
     remedy=(
-        "survey the rail (bolts, joints of the rack, level) and, where its scale is off, enter that on the controller; what "
+        "survey the rail (bolts, joints of the rack, level); where its scale is off, enter that on the controller; what "
         "stays straight and steady is corrected in the program"
     ),
     units=_units,

@@ -71,7 +71,7 @@ def plan_experiment(
     if unknown and not longest.poses and (suspects or by_time or not claimed):
         axes = suspects or ([] if by_time else longest.axes)
         motions = [single_axis(longest, a) for a in moving(longest, axes)]
-        if by_time:
+        if by_time and not suspects:
             motions.insert(0, standing_still(longest))
         shown = [(max(unknown_on(model, m), returning if k == 0 else 0.0), m) for k, m in enumerate(motions)]
         return _isolating(model, shown, looks)

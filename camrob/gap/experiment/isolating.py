@@ -33,8 +33,9 @@ _RUNS = {
     "force": "run the same program in air: what the cutting force does is gone, all else stays",
 }
 _AT_REST = (
-    "hold the arm at rest in one posture for 20 minutes from cold, one target on the tool and one on the foot: if both readings "
-    "wander it is the instrument or its stand, if only the tool's does it is the arm"
+    "ask what went on around the cell meanwhile (a crane, a press, the sun on the stand). Then hold the arm at rest in one "
+    "posture for 20 minutes from cold, one target on the tool and one on the foot: if both readings wander it is the instrument "
+    "or its stand, if only the tool's does it is the arm"
 )
 _AGAIN = "run the same program from cold and again after an hour: what follows the time differs, all else stays"
 _POSES = (
@@ -43,8 +44,45 @@ _POSES = (
 )
 
 
+_BY_HAND = (
+    "pull at the tool by hand, a dial gauge between it and the plate, and look at the bolts of plate, tool changer and what it "
+    "holds: what gives is loose. Then "
+)
+_BOTH_SIDES = (
+    "measure five of the poses again from both sides, at once and after five seconds of rest: what the wait takes away was read "
+    "too early, what the side changes is play or wind-up. Then "
+)
+_ONE_POSE = (
+    "drive to one pose ten times and measure it each time: if that scatters by {size} too, it is the instrument or its target, "
+    "and nothing in the arm is to be looked for. Then "
+)
+_ONE_PLACE = (
+    "hold the arm at rest in one posture for a minute and log it: if that scatters by {size} too, it is the instrument or its "
+    "target, and nothing in the arm is to be looked for. Then "
+)
+_BEFORE_AND_AFTER = (
+    "drive {axis} to one and the same pose before, half-way through and after the run, and look whether it stands there: if it "
+    "is off by more each time, its encoder loses counts (cable, coupling, brake); if it comes back, it is warmth. Then "
+)
+
+
+def _at_once(unknown: Unknown, axes: Sequence[str], scene: Scene) -> str:
+    """What takes minutes and opens nothing, ahead of the long runs; "" for nothing."""
+    regimes = unknown.where.regimes
+    follows = regimes[0] if regimes else ""
+    if follows == "load":
+        return _BY_HAND
+    if follows == "time" and axes:
+        return _BEFORE_AND_AFTER.format(axis=axes[0])
+    if scene.poses and follows == "direction":
+        return _BOTH_SIDES
+    if scene.tracked and not axes and not follows:
+        return (_ONE_POSE if scene.poses else _ONE_PLACE).format(size=f"{unknown.rms_mm:.2g} mm")
+    return _POSES if scene.poses else ""
+
+
 def run_for_unknown(unknown: Unknown, suspects: Sequence[str], order: Sequence[str], scene: Scene) -> str:
-    """What to run for what stays unexplained, by what it follows, and what to look for.
+    """What to do and run for what stays unexplained, by what it follows, and what to look for: what takes minutes first.
 
     suspects: axes at which it sits or that it follows; order: all axes, those whose shift explains most of it first.
     """
@@ -54,8 +92,8 @@ def run_for_unknown(unknown: Unknown, suspects: Sequence[str], order: Sequence[s
     if not axes and follows == "time":
         return _AT_REST if scene.tracked else _AGAIN
     if not axes and follows in _RUNS and not scene.poses:
-        return _RUNS[follows]
-    return (_POSES if scene.poses else "") + axes_alone(scene, axes or moving(scene, order), looks_like(unknown))
+        return (_BY_HAND if follows == "load" else "") + _RUNS[follows]
+    return _at_once(unknown, axes, scene) + axes_alone(scene, axes or moving(scene, order), looks_like(unknown))
 
 
 def axes_alone(scene: Scene, axes: Sequence[str], looks: str) -> str:

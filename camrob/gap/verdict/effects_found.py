@@ -96,14 +96,17 @@ def _of_axis(experiment: str, axes: Sequence[str]) -> str:
 
 
 def _axes(model: Model, own: Set) -> tuple[str, ...]:
-    """Axes of an effect's units, those that move most first; without what is too small beside what most or all of them do."""
+    """Axes of an effect's units, those that move most first, by all units of one together; without what is too small beside what
+    most or all of them do.
+    """
+    by_axis: dict[str, list[int]] = {}
+    for i in sorted(own):
+        by_axis.setdefault(model.units[i].axis, []).append(i)
     moved: dict[str, float] = {}
-    for i in own:
-        axis = model.units[i].axis
-        values = model.values(frozenset([i]), model.best)
-        energy = energy_of(model, frozenset([i]))
+    for axis, units in by_axis.items():
+        values = model.values(frozenset(units), model.best)
         turned = sum(float(np.sum(p.twists(values)[:, 3:] ** 2)) for p in model.panels)
-        moved[axis] = moved.get(axis, 0.0) + energy + 0.25 * turned
+        moved[axis] = energy_of(model, frozenset(units)) + 0.25 * turned
     alike = moved.pop("", 0.0)
     least = max(_TOO_SMALL * max(moved.values(), default=0.0), _OWN_PART * alike)
     return tuple(a for a, e in sorted(moved.items(), key=lambda x: -x[1]) if e > least)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from camrob.cell.joint import Role
+from camrob.gap.effects.common import arm_axes
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, members_of, whole_gap
@@ -318,13 +319,15 @@ def suspects(model: Model, unknown: Unknown) -> list[str]:
 
 def _sits_at(moves: str, follows: str, model: Model) -> str:
     """The axis at which a shape behind the encoders sits: the one that it follows where it moves no axis, or another one with its
-    speed or its side, or an axis of the arm by the motion of a carriage or a table, of which an arm knows nothing.
+    speed or its side, or an axis of the arm by the motion of a carriage or a table, of which an arm knows nothing; or the arm's
+    last one, whose angle moves an axis before it by hoses that it winds, or by what is held askew.
     """
     scene, axis = model.scenes[0], _followed(follows)
     roles = {a: scene.cell.joints[scene.cell.index(a)].role for a in (moves, axis) if a in scene.axes}
     foreign = roles.get(moves) is Role.ARM and roles.get(axis) in (Role.CARRIAGE, Role.WORKPIECE)
     by_motion = axis in roles and follows.startswith(_BY_MOTION)
-    return axis if moves not in roles or foreign or by_motion else moves
+    wound = follows == axis and axis in arm_axes(scene.cell)[-1:]
+    return axis if moves not in roles or foreign or by_motion or wound else moves
 
 
 def _followed(follows: str) -> str:

@@ -30,6 +30,7 @@ _BENT = 0.01  # of how far encoders are off, what levers that are others by then
 _ALL_ALIKE = "all axes alike"
 _LONG = 160  # letters that a step may have
 _NO_DEED = "nothing to adjust"  # how a remedy begins that is none
+_UNKNOWN = "unknown"
 _TRIFLE = 0.2  # of what the largest cause moves the tool by
 
 
@@ -145,7 +146,9 @@ def _hard_to_believe(entry: EffectFound) -> str:
     if entry.probability >= _SURE and not entry.like_others:
         return f"{_capital(plain_name(entry.effect))}: {size} is seldom so much"
     others = [plain_name(n) for n in entry.indistinguishable_from[:2]]
-    if others:
+    if others and entry.regimes == ("direction",):
+        why = f"is more than a gear does so: rather {' or '.join(others)}"
+    elif others:
         why = f"is no true value: what looks alike in these logs ({' or '.join(others)}) has a part in it or stands behind it"
     else:
         why = "is not ordinary wear: something is broken there, or another cause stands behind it"
@@ -230,13 +233,16 @@ def _first(summary: DiagnosisSummary) -> str:
     if _record_alone(summary):
         return "Have the recorder's filter and clock looked at, and log again. Leave alone: the robot."
     if not inside:
-        step = program[0].remedy if program and program[0].remedy else _next(summary)
+        step = program[0].remedy if program and program[0].remedy else _for_unknown(summary)
     elif inside[0] not in doubtful and inside[0].remedy:
         step = _of_these([e for e in inside if e not in doubtful])
     elif inside[0].isolated_by and not most_unknown:
         step = _short(inside[0].isolated_by)
     else:
-        step = _next(summary)
+        step = _for_unknown(summary)
+    clear = [e for e in inside if e not in doubtful and e.remedy and not e.remedy.startswith(_NO_DEED)]
+    if inside and inside[0] in doubtful and clear and clear[0].moves_mm >= _TRIFLE * inside[0].moves_mm:
+        step = f"{step}. {_capital(plain_name(clear[0].effect))}{_of(clear[0])}, which is clear: {_deed(clear[0])}"
     return " ".join([f"{_capital(step)}.", *left])
 
 
@@ -257,6 +263,14 @@ def _deed(entry: EffectFound) -> str:
     return step.replace("these axes", _listed(entry.axes)) if 0 < len(entry.axes) <= _MOST else step
 
 
+def _for_unknown(summary: DiagnosisSummary) -> str:
+    """The next experiment, or of one that is about what is unexplained what takes minutes and comes first."""
+    about = summary.next_experiment_for
+    if summary.unknown.isolated_by and (not about or _UNKNOWN in about):
+        return _short(summary.unknown.isolated_by)
+    return _next(summary)
+
+
 def _next(summary: DiagnosisSummary) -> str:
     """The next experiment, without what it is about and what is expected."""
     text = summary.next_experiment.partition(". Expected is")[0]
@@ -267,7 +281,12 @@ def _next(summary: DiagnosisSummary) -> str:
 
 def _short(text: str) -> str:
     """A step; of a long one, without what is to be seen then, which stands below."""
-    text = text.partition("; look for")[0].partition(": the paths that the two expect")[0].rstrip(".")
+    text = (
+        text.partition(". Then ")[0]
+        .partition("; look for")[0]
+        .partition(": the paths that the two expect")[0]
+        .rstrip(".")
+    )
     if len(text) <= _LONG:
         return text
     about, joined, run = text.partition(": ") if text.startswith("To tell ") else ("", "", text)

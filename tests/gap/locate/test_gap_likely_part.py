@@ -200,6 +200,8 @@ def test_an_axis_that_moves_as_the_table_turns_stands_for_the_table() -> None:
     assert _sits_at("A1", "speed of E1", model) == "E1"
     assert _sits_at("A4", "speed of A1", model) == "A1" and _sits_at("A4", "direction of A4", model) == "A4"
     assert _sits_at("A3", "A2", model) == "A3" and _sits_at("E2", "A2", model) == "E2"
+    # hoses that the last axis winds pull at those before it; an arm's own weight does through the others
+    assert _sits_at("A5", "A6", model) == "A6" and _sits_at("A2", "A3", model) == "A2"
     assert _sits_at("foot z", "A2", model) == "A2" and _sits_at("foot z", "time", model) == "time"
 
 
