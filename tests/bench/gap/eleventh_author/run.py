@@ -12,6 +12,7 @@ import argparse
 import csv
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -63,21 +64,32 @@ def answer(out: Path, number: int) -> None:
     if (folder / "withheld.csv").exists():
         logs += ["--withheld", str(folder / "withheld.csv")]
     ask = [sys.executable, "-m", "camrob", "diagnose", "--cell", str(folder / "cell"), *logs, "--out", str(to)]
-    begun, told, error, status = time.monotonic(), "", "", None
+    begun, spent = time.monotonic(), _spent()
+    told, error, status = "", "", None
     env = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:
         done = subprocess.run(ask, cwd=ROOT, env=env, capture_output=True, text=True, timeout=LIMIT, check=False)
         told, error, status = done.stdout, done.stderr[-3000:], done.returncode
     except subprocess.TimeoutExpired:
         error = f"more than {LIMIT} s"
-    seconds = round(time.monotonic() - begun, 1)
+    seconds, spent = round(time.monotonic() - begun, 1), round(_spent() - spent, 1)
     found = to / "diagnosis.json"
     said = json.loads(found.read_text()) if found.exists() else {}
     (to / "terminal.txt").write_text(told + error)
     (to / "answer.json").write_text(
-        json.dumps({"diagnosis": said, "seconds": seconds, "status": status, "error": error})
+        json.dumps({"diagnosis": said, "seconds": spent, "wall": seconds, "status": status, "error": error})
     )
-    print(f"answered {number} in {seconds} s, status {status} {error[:200]}", file=sys.stderr, flush=True)
+    print(
+        f"answered {number} in {seconds} s, {spent} of a core, status {status} {error[:200]}",
+        file=sys.stderr,
+        flush=True,
+    )
+
+
+def _spent() -> float:
+    """Seconds of a core that children have taken."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def score(out: Path) -> None:
