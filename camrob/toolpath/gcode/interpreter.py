@@ -23,7 +23,7 @@ from camrob.toolpath.gcode.moves import Motions
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 from camrob.toolpath.gcode.state import SCALES, Modal
 from camrob.toolpath.gcode.strays import refuse_strays
-from camrob.toolpath.gcode.tools import Process, take_length
+from camrob.toolpath.gcode.tools import Process, name_height, take_length
 from camrob.toolpath.gcode.transforms import cartesian
 from camrob.toolpath.sampling import arc_angle, arc_radius
 from camrob.units import deg_to_rad, m_to_mm, mm_min_to_m_s
@@ -264,6 +264,7 @@ class Interpreter:
                 "a straight cut with R, I, J or K (a rounded or chamfered corner)", hint="write the corner out as moves"
             )
         modal.first_move(block.line)
+        name_height(block, motion, modal, self.path.tool, known=frame.known)
         self.process.settle()
         if motion in CYCLES:
             self._coming.ends()

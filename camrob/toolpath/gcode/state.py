@@ -52,6 +52,8 @@ class Modal:
     unmeasured: bool = False  # and G49 has put it out of force
     edges: bool = False  # D names an edge of the tool, with its length and radius (Siemens)
     length: float | None = None  # the number of the tool's length in force: H, or the edge
+    sized: bool = False  # G43 stands in force since the tool was changed
+    heightless: bool = False  # Z has not been named since another length is in force
     lengths: dict[int, float | None] = field(default_factory=dict)  # by tool, with which it has cut
     offset: tuple[int, float] | None = None  # the work offset: code and P
     suspended: bool = False  # G500 has put the work offset out of force

@@ -16,7 +16,7 @@ from camrob.toolpath.gcode.lexer import Block
 from camrob.toolpath.gcode.state import Modal
 from camrob.toolpath.region import EventKind
 
-__all__ = ["Process", "refuse_other_length", "take_length"]
+__all__ = ["Process", "name_height", "refuse_other_length", "take_length"]
 
 _SPINDLE = {30: "CLW", 40: "CCLW", 130: "CLW", 140: "CCLW"}  # M13 and M14 bring the coolant along
 _COOLANT = {70: "MIST", 80: "FLOOD", 130: "FLOOD", 140: "FLOOD"}
@@ -25,17 +25,44 @@ _SUBPROGRAM = frozenset((960, 970, 980, 990, 1980))
 _MIRROR = frozenset((210, 220, 230))
 _RESTORED = frozenset((720, 730))  # LinuxCNC
 _TCP_ON, _TCP_OFF = (1280, 4280), (1290, 4290)  # M128 and M428, M129 and M429, in tenths
+_LENGTHS = frozenset((430, 434, 435, 2340))  # G43, G43.4, G43.5, G234
 _OTHER_H = frozenset((100, 150, 160))  # G10, and Okuma's G15 and G16, whose H are other things
 _KNOWN = frozenset((*_SPINDLE, *_COOLANT, *_TCP_ON, *_TCP_OFF, 0, 10, 20, 50, 60, 90, 190, 290, 300, 600))
 
 
 def take_length(block: Block, modal: Modal) -> None:
-    """Take note of the length that a block names; a change of tools brings Siemens' D1 along."""
+    """Take note of the length that a block names; a change of tools brings Siemens' D1 along.
+
+    Behind another length than before, the height as the program counts it is not known until it is named anew.
+    """
+    before = modal.length
     if modal.edges and (60 in block.m or (modal.tool_by_t and "T" in block.words)):
         modal.length = 1.0
     letter = "D" if modal.edges else "H"
     if letter in block.words and _OTHER_H.isdisjoint(block.g):
         modal.length = block.words[letter]
+    first = not modal.sized and not _LENGTHS.isdisjoint(block.g)
+    modal.sized = (modal.sized or first) and 60 not in block.m
+    if not modal.edges and (first or modal.length != before):
+        modal.heightless = True
+
+
+def name_height(block: Block, motion: int, modal: Modal, tool: int, *, known: bool) -> None:
+    """Before a motion (code in tenths). known: where the tool is, as far as axes have been named.
+
+    Raises ToolpathError for a cut at a height that a length has changed, but straight down.
+    """
+    named = "Z" in block.words and not modal.incremental
+    if modal.heightless and motion != 0 and known:
+        down = motion == 10 and named and {"X", "Y"}.isdisjoint(block.words)
+        if not down and (motion in (10, 20, 30) or modal.incremental):
+            refuse_other_length(modal, tool)
+            raise ToolpathError(
+                "a cut behind a tool's length (G43) since which Z has not been named: the machine counts its height anew there",
+                hint="name Z in a rapid move behind the length",
+            )
+    if named and motion in (0, 10, 20, 30):
+        modal.heightless = False
 
 
 def refuse_other_length(modal: Modal, tool: int) -> None:

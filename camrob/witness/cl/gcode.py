@@ -258,7 +258,7 @@ class GcodeReader(Machined):
                 self._tell.lose()
         elif self._vectors and {*"IJKQ"} & set(words):
             self._aimed(axes, words, line)
-        elif self._cuts(words) and (why := self._offsets.cut()):
+        elif why := self._offsets.way(words, self._motion, self._absolute, self._stand.at["Z"], cuts=self._cuts(words)):
             self._gap(line, why)
         elif self._motion in _CYCLES:
             self._cycle(axes, words, line)

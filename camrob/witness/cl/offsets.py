@@ -26,6 +26,8 @@ class Offsets:
         self.edges = False  # D names the tool's length, too (Siemens)
         self._measured = ""  # whether G43 or G49 is in force, "" as long as no length has been named
         self._number = ""  # of the length in force: H, or Siemens' D
+        self._changed = False  # and no block has named Z in G90 since
+        self._held = False  # G43 since the last change of tools
         self._cut_with: dict[float, str] = {}  # by tool, "" for no length
 
     def block(self, g: Sequence[str], m: Sequence[str], words: Mapping[str, str], line: int) -> None:
@@ -49,11 +51,31 @@ class Offsets:
                 self._measured = on if self._measured or code in ("43", "44") else ""
         if self.edges and ("T" in words or "6" in m):
             self._number = "1"
+        before = self._number
         if not {"10", "15", "16"} & set(g):
             self._number = words.get("D" if self.edges else "H", self._number)
+        begins = not self._held and bool({"43", *TCP} & set(g))
+        self._held = (self._held or begins) and "6" not in m
+        if not self.edges and (begins or before != self._number):
+            self._changed = True
 
-    def cut(self) -> str:
-        """Before a cut: why it isn't known how long the tool is, as compared with its cuts before; "" where it is."""
+    def way(self, words: Mapping[str, str], motion: str, absolute: bool, z: float | None, *, cuts: bool) -> str:
+        """Before a motion from the height z: why it isn't known how high it goes, or how long the tool is as against before."""
+        hidden = self._hidden(words, motion, absolute) if {*"XYZABC"} & set(words) else ""
+        return (self._other() if cuts else "") or (hidden if z is not None else "")
+
+    def _hidden(self, words: Mapping[str, str], motion: str, absolute: bool) -> str:
+        """Why the height isn't known behind another length; "" where it is, or where nothing is cut across."""
+        changed, placed = self._changed, "Z" in words and absolute
+        self._changed = changed and not (placed and motion in ("", "0", "1", "2", "3"))
+        if not changed or motion in ("", "0", "80"):
+            return ""
+        down = placed and motion == "1" and not {"X", "Y"} & set(words)
+        cycle = motion not in ("1", "2", "3") and absolute
+        return "" if down or cycle else "a cut since whose tool's length (G43) Z has not been named"
+
+    def _other(self) -> str:
+        """Why the tool's length isn't the one of its cuts before; "" where it is."""
         if self._measured == "off":
             return "a cut without the tool's length (G49), behind others with it"
         if not self._number and (self.edges or self._measured):

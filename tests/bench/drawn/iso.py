@@ -70,10 +70,14 @@ class _Iso(Writer):
         self.told.event(Kind.TOOL, tool)
         self.block(f"S{rpm}", "M3")
         self.told.event(Kind.SPINDLE_ON, rpm, "CLW")
+        self.lengthen()
         self.over(self.somewhere())
 
     def heading(self) -> None:
         """What stands before all."""
+
+    def lengthen(self) -> None:
+        """The tool's length."""
 
     def end(self) -> None:
         """M5, M30."""
@@ -256,6 +260,9 @@ class Fanuc(_Iso):
     def heading(self) -> None:
         self.lines += ["%", f"O{self.rng.randint(1, 999)} (DRAWN)"]
 
+    def lengthen(self) -> None:
+        self.block("G43", "H1")
+
     def pieces(self) -> list[Callable[[], None]]:
         return [*super().pieces(), self.corners, self.turned, self.rotated]
 
@@ -363,6 +370,7 @@ class Fanuc(_Iso):
         self.up()
         self.block("G49")
         self.block("G0", f"{tilt}0.", "C0.")
+        self.lengthen()
         self.told.lose()
         self.told.axis = np.array([0.0, 0.0, 1.0])
         self.at, self.said = {}, {}

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from two_readings import differences
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.read import read_toolpath
@@ -55,6 +56,24 @@ def test_a_length_behind_cuts_of_the_same_tool_without_any(tmp_path: Path, word:
     )
     assert read_story(other).gaps == ()
     assert len(read_toolpath(other).regions) == 2
+
+
+@pytest.mark.parametrize("cut", ["X10.", "X10. Z-1.", "G2 X10. I5.", "G91\nZ-2.", "G91\nG81 X1. Z-3. R-1."])
+def test_a_cut_at_a_height_that_a_length_has_changed(tmp_path: Path, cut: str) -> None:
+    """Behind `G0 Z5`, `G43 H1` Z is another one by the length (LinuxCNC's interpreter: an arc 2.54 mm lower)."""
+    file = tmp_path / "a.nc"
+    file.write_text(HEAD + f"Z5.\nG43 H1\nG1 F300\n{cut}\nG90\nG0 Z50.\nM30\n", encoding="utf-8")
+    with pytest.raises(ToolpathError, match="since which Z has not been named"):
+        read_toolpath(file)
+    assert any("Z has not been named" in gap.text for gap in read_story(file).gaps)
+
+
+@pytest.mark.parametrize("way", ["G0 Z5.\nG1 X10.", "G1 Z-1.\nX10.", "G81 X10. Z-3. R2.", "G0 X9.\nG1 Z-1."])
+def test_a_height_that_is_named_behind_a_length_is_known(tmp_path: Path, way: str) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text(HEAD + f"Z5.\nG43 H1\nG1 F300\n{way}\nG0 Z50.\nM30\n", encoding="utf-8")
+    assert read_story(file).gaps == ()
+    assert not list(differences(read_toolpath(file), read_story(file)))
 
 
 def test_the_witness_reads_tool_axes_by_vectors(tmp_path: Path) -> None:
