@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import floor, log10
 
-__all__ = ["one_line", "printable", "short"]
+__all__ = ["one_line", "printable", "short", "utf_16"]
 
+_LOOK = 64  # bytes that show how a text is written
 _TINY = 1e-6  # below which a number reads better with its power of ten
 
 
@@ -31,3 +32,11 @@ def one_line(text: str, longest: int) -> str:
     """
     plain = printable(text).strip()
     return plain if len(plain) <= longest else plain[: longest - 4] + " ..."
+
+
+def utf_16(data: bytes) -> bool:
+    """Whether bytes begin as a text in UTF-16 does: with its mark, or with plain letters that have a zero each beside them."""
+    head = data[:_LOOK] if len(data) % 2 == 0 else data[: min(_LOOK, len(data) - 1)]
+    first, second = head[0::2], head[1::2]
+    plain = any(len(a) > 1 and not any(a) and all(b) and b.isascii() for a, b in ((first, second), (second, first)))
+    return data.startswith((b"\xff\xfe", b"\xfe\xff")) or plain

@@ -163,3 +163,20 @@ def test_cycles_are_refused_by_what_they_are(tmp_path: Path, cycle: str, match: 
 
 def test_a_piece_without_its_beginning_is_called_that(tmp_path: Path) -> None:
     _refused(tmp_path, "L X1,5 Y0.5 FMAX\nL Z2.0 FMAX\nL Z-0.2 FAUTO\nL Y9.5\n", "a piece of a Heidenhain program")
+
+
+def test_squares_sides_angles_and_a_centre_where_the_tool_is(tmp_path: Path) -> None:
+    """SQ 3 is 9, of sides 3 and 4 FN 8 gives 5, FN 13 of 5 across and 5 beside 45 degrees; CC alone is where the tool is."""
+    sums = "Q1 = SQ 3 + 2^3\nFN 8: Q2 = +3 LEN +4\nFN 13: Q3 = +5 ANG +5\nFN 13: Q4 = -5 ANG +0\n"
+    file = _file(tmp_path, HEAD + sums + "L X+Q1 Y+Q2 Z+5 FMAX\nL Z-1\nL X+Q3 Y+Q4\nL Z+5 FMAX\n" + END)
+    (region,) = read_toolpath(file).regions
+    cuts = region.position[region.move == Move.CUT] * 1e3
+    np.testing.assert_allclose(cuts, [[17, 5, -1], [45, 270, -1]], atol=1e-9)
+    text = "Q1 = SQ 3\nL X+Q1 Y+2 Z+5 FMAX\nCC\nL X+19 FMAX\nL Z-1\nC X+9 Y+12 DR+\nL Z+5 FMAX\n"
+    turned = _file(tmp_path, HEAD + text + END)
+    toolpath, story = read_toolpath(turned), read_story(turned)
+    assert story.complete
+    assert not list(differences(toolpath, story))
+    (arc,) = toolpath.regions[0].arcs
+    assert arc.center[:2] * 1e3 == pytest.approx([9, 2])
+    assert math.degrees(arc.angle) == pytest.approx(90)

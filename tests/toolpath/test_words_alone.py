@@ -40,8 +40,8 @@ STRANGE = {
     "N10 G22 N1": "jump",
     "X11. N3": "repeat",
     "E2": "fixture offset",  # Fadal
-    "G50 S3000": "limits",
-    "G26 S3000": "limits",
+    "G50 S3000": "a limit of the spindle",
+    "G26 S3000": "a limit of the spindle",
     "G74": "machine's zero",
     "G81 X3. Y3. Z-3. R2. I2. F100\nG80\nG1": "I or J",
     "G73 Q30.": "Fagor",

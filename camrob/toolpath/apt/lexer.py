@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import ToolpathError
+from camrob.text import utf_16
 from camrob.toolpath.apt.goto_kernel import ROWS, scan_gotos
 
 __all__ = ["Lexer", "Rows", "Statement", "number_of"]
@@ -234,7 +235,7 @@ def _check_text(data: bytes) -> None:
     head = data[:_LONGEST_LINE]
     if not head.strip():
         raise ToolpathError("the file is empty", hint="write the CL data again from the CAM system")
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if utf_16(head):
         raise ToolpathError("the file is in UTF-16", hint="save it as plain text (ASCII or UTF-8)")
     if b"\x00" in head or len(_CONTROL.findall(head)) > 8 + len(head) // 100:
         raise ToolpathError("the file is binary, not text", hint="write the CL data as text (APT), not in binary form")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from camrob.errors import ToolpathError
+from camrob.text import utf_16
 from camrob.toolpath.gcode.corner import LEG, ROUND, Corner
 from camrob.toolpath.gcode.program_frame import ProgramFrame
 
@@ -87,6 +88,8 @@ def decode(data: bytes, path: Path) -> list[str]:
     body = data.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a")
     if not body.strip():
         raise ToolpathError("the file is empty", hint="export it again", path=path)
+    if utf_16(data):
+        raise ToolpathError("the file is in UTF-16", hint="save it as plain text (ASCII or UTF-8)", path=path)
     if len(body.translate(None, _CONTROL)) != len(body):
         place = next(i for i, byte in enumerate(body) if byte in _CONTROL)
         raise ToolpathError(

@@ -51,8 +51,8 @@ def refuse_strays(block: Block, motion: int | None, *, vectors: bool, numbered: 
         return
     if "S" in words and not _LIMITS.isdisjoint(block.g):
         raise ToolpathError(
-            "S in a block of G25, G26, G50 or G92 limits the spindle's speed, which is not read",
-            hint="take it out, and name the speed by S alone",
+            "S in a block of G25, G26, G50 or G92: a limit of the spindle's speed (Fanuc), or its speed (Mach, Grbl)",
+            hint="take it out where it is a limit, and name the speed by S in a block of its own",
         )
     if motion in CYCLES and not {"I", "J"}.isdisjoint(words):
         raise ToolpathError(

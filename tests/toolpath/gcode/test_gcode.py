@@ -556,7 +556,8 @@ def test_files_that_are_refused() -> None:
     refused(b"", line=0, match="empty")
     refused(b" \r\n \t\n", line=0, match="empty")
     refused(b"G1 X1\n\x00\x01\x02", line=2, match="binary")
-    refused("G21\nG0 X1\n".encode("utf-16"), line=1, match="binary")
+    for wide in ("utf-16", "utf-16-le", "utf-16-be"):  # with its mark, and without
+        refused("G21\nG0 X1\n".encode(wide), line=0, match="UTF-16")
     refused(b"%\n(nothing)\n%\n", line=0, match="no G-code")
     refused("G21\nG0 X1 Y1 Z1\nM30\n", line=4, match="nothing is cut")
     refused(HEAD + "G1 X10 F100\nG1 X2", line=4, match="no end")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from camrob.errors import ToolpathError
@@ -26,6 +26,7 @@ from camrob.toolpath.gcode.language.formulas import (
     whole,
 )
 from camrob.toolpath.gcode.lexer import Block
+from camrob.units import rad_to_deg
 
 __all__ = ["HEIDENHAIN"]
 
@@ -37,6 +38,7 @@ _GRAMMAR = Grammar(
         "INT": lambda x: _cut_off(x),
         "FRAC": lambda x: x - _cut_off(x),
         "NEG": lambda x: -x,
+        "SQ": lambda x: x * x,
     },
     opens="(",
     closes=")",
@@ -45,11 +47,23 @@ _GRAMMAR = Grammar(
 _CALLED = re.compile(r'\bCALL[ \t]+PGM[ \t]*("[^"]*"|[^\s";]+)', re.I)
 _BESIDE = "BEGIN CALLED "  # before the text of a program from a file beside
 _NEVER = re.compile(r"(?!)")  # its name is the file's
-_FN = {"0": None, "1": "+", "2": "-", "3": "*", "4": "/", "5": "SQRT", "6": "SIN", "7": "COS"}
-_BETWEEN = {"1": r" ?\+ (?=[-+Q0-9])", "2": r" ?- (?=[-+Q0-9])", "3": r" ?\* ?", "4": r" ?DIV ?"}
+_FN = {"0": None, "1": "+", "2": "-", "3": "*", "4": "/", "5": "SQRT", "6": "SIN", "7": "COS", "8": "LEN", "13": "ANG"}
+_BETWEEN = {
+    "1": r" ?\+ (?=[-+Q0-9])",
+    "2": r" ?- (?=[-+Q0-9])",
+    "3": r" ?\* ?",
+    "4": r" ?DIV ?",
+    "8": " ?LEN ?",
+    "13": " ?ANG ?",
+}
+_OF_TWO: dict[str, Callable[[float, float], float]] = {
+    **{sign: ARITHMETIC[sign] for sign in "+-*/"},
+    "LEN": math.hypot,
+    "ANG": lambda a, b: rad_to_deg(math.atan2(a, b)) % 360.0,  # the side across from the angle, and the one beside it
+}
 _IF = {"9": "EQ", "10": "NE", "11": "GT", "12": "LT"}
 _JUMP = re.compile(r"FN ?(9|10|11|12) ?: ?IF ?(.+?) (?:EQU|NE|GT|LT) ?(.+?) GOTO LBL ?(.+)$")
-_ASSIGN = re.compile(r"FN ?([0-7]) ?: ?(Q[LR]?[0-9]+) ?= ?(.+)$")
+_ASSIGN = re.compile(r"FN ?([0-8]|13) ?: ?(Q[LR]?[0-9]+) ?= ?(.+)$")
 _DECIMAL = re.compile(r"(?<=[0-9]),(?=[0-9])")  # a comma for the point, as the control can be set to write it
 _SPACED = re.compile(
     r"(?:L|LN|C|CR|CP|LP|CC|TOOL|TRANS|PLANE|CYCL CALL|CYCL DEF [1-9][0-9]?\.)"
@@ -229,7 +243,7 @@ class _Program:
         parts = re.split(_BETWEEN[number], text.strip(), maxsplit=1)
         if len(parts) != 2:
             raise ToolpathError(f"FN {number} with {text[:24]!r} can't be read", hint="two values")
-        return ARITHMETIC[name](self.value(parts[0]), self.value(parts[1]))
+        return _OF_TWO[name](self.value(parts[0]), self.value(parts[1]))
 
     def _store(self, name: str, value: float) -> None:
         number = int(name.lstrip("QLR"))

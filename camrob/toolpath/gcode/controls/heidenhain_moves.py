@@ -215,7 +215,7 @@ class HeidenhainMoves:
 
     def _set_center(self, text: str) -> None:
         words, _ = motion_words(text.strip())
-        self._pole.name(self._place(words))
+        self._pole.name(self._place(words), self._at)
 
     def _round(self, text: str, line: int) -> Iterator[Block]:
         """C, CR, CP, CT and LP."""

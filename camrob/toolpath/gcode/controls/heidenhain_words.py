@@ -132,11 +132,15 @@ class Pole:
         """The plane as a G code in tenths."""
         return {"XY": 170, "YZ": 190, "ZX": 180}[self.letters]
 
-    def name(self, to: dict[str, float]) -> None:
-        """CC. Raises ToolpathError for a centre at the tool, or of which an axis is not known."""
+    def name(self, to: dict[str, float], at: dict[str, float | None]) -> None:
+        """CC; alone it is where the program has sent the tool last. Raises ToolpathError where an axis is not known."""
+        if not to and self.letters == "XY":
+            to = {letter: value for letter in "XY" if (value := at[letter]) is not None}
         letters = next((pair for pair in ("XY", "YZ", "ZX") if set(to) == set(pair)), self.letters)
         if not to or not set(to) <= set(letters):
-            raise ToolpathError("a centre (CC) of no plane, or at the tool", hint="name two of X, Y and Z")
+            raise ToolpathError(
+                "a centre (CC) of no plane, or where the tool is not known to be", hint="name two of X, Y and Z"
+            )
         old = self.place if self.place and letters == self.letters else (None, None)
         first, second = (to.get(letter, value) for letter, value in zip(letters, old, strict=True))
         if first is None or second is None:

@@ -19,6 +19,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "ABS": abs,
     "POT": lambda value: value * value,
+    "SQ": lambda value: value * value,
     "INT": lambda value: _whole(value),
     "FRAC": lambda value: value - _whole(value),
     "NEG": lambda value: -value,
@@ -33,7 +34,7 @@ def _whole(value: float) -> float:
 
 
 class Values:
-    """What each name holds. Sums, products, signs, brackets and nine functions (angles in degrees) are worked out."""
+    """What each name holds. Sums, products, signs, brackets and ten functions (angles in degrees) are worked out."""
 
     def __init__(self) -> None:
         self._held: dict[str, float] = {}

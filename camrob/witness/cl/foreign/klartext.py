@@ -265,7 +265,10 @@ class KlartextReader(CycleCalls):
 
     def _set_pole(self, text: str) -> None:
         words, _, _ = self._parts(text)
-        self._pole = Pole.named(self._ends(words), self._pole)
+        to = self._ends(words)
+        if not text.strip() and (self._pole is None or self._pole.axes == "XY"):  # where the tool has been sent last
+            to = {axis: self._here[axis] for axis in "XY" if axis in self._here}
+        self._pole = Pole.named(to, self._pole)
         if words:
             raise UnreadError(f"{', '.join(words)} of a centre (CC)")
 

@@ -104,8 +104,8 @@ def formula_of(name: str, text: str, row: str) -> str:
     Raises UnreadError for a parameter of the control's own, and for FN with more than two values.
     """
     text = text.replace(" DIV ", "/")
-    if re.search(r"\b(?:SIN|COS|TAN|SQRT|ABS|INT|FRAC|NEG)\b(?! ?\()", text):
-        text = re.sub(r"\b(SIN|COS|TAN|SQRT|ABS|INT|FRAC|NEG) ?([-+]?(?:Q[LR]?\d+|[\d.]+))", r"\1(\2)", text)
+    if re.search(r"\b(?:SIN|COS|TAN|SQRT|SQ|ABS|INT|FRAC|NEG)\b(?! ?\()", text):
+        text = re.sub(r"\b(SIN|COS|TAN|SQRT|SQ|ABS|INT|FRAC|NEG) ?([-+]?(?:Q[LR]?\d+|[\d.]+))", r"\1(\2)", text)
     many = re.match(r"FN ?[1-4]", row) and re.search(r"[-+*/][-+ ]*[-+*/][^Q\d]", text)
     if (name[1:].isdigit() and int(name[1:]) in range(100, 200)) or many:
         raise UnreadError(f"{row[:24]}, computed")
