@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,10 +20,12 @@ from camrob.units import deg_to_rad, mm_to_m
 __all__ = ["BareArm", "read_bare_arm"]
 
 Array = NDArray[np.float64]
+Way = list[ElementTree.Element]
 
 _MOST = 7  # axes that a log names
 _WHOLE_ARM = 6  # turning axes that reach every pose of a place
 _LARGEST = 10_000_000  # bytes of a URDF, without its meshes
+_MOST_TURNS = 10  # of a joint with limits: no arm's cables take more
 _MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -97,16 +100,24 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
     text = file.read_bytes()[: _LARGEST + 1]
     if len(text) > _LARGEST or b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise table.fail("urdf", "is too large, or declares entities", "give a plain URDF")
-    if b"${" in text or b"<xacro:" in text:
-        raise table.fail("urdf", "is a xacro file", "expand it first: xacro FILE > robot.urdf")
+    xacro = table.fail("urdf", "is a xacro file", "expand it first: xacro FILE > robot.urdf")
     try:
         robot = ElementTree.fromstring(text)
+        if _unexpanded(robot):
+            raise xacro
         return _chain(robot, table)
     except ElementTree.ParseError as error:
+        if b"<xacro:" in text:  # whose prefix nobody has declared
+            raise xacro from None
         what = f"is no URDF: it is not well-formed XML ({str(error)[:100]})"
         raise table.fail("urdf", what, "give the file that ROS or the robot's maker calls a URDF") from None
     except ValueError as error:
         raise table.fail("urdf", f"can't be read: {str(error)[:100]}", "give a URDF that a parser takes") from None
+
+
+def _unexpanded(robot: ElementTree.Element) -> bool:
+    """Whether xacro has work to do yet: its own elements, or an expression in an attribute. What stands in comments it left."""
+    return any("xacro" in one.tag or any("${" in value for value in one.attrib.values()) for one in robot.iter())
 
 
 def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
@@ -121,22 +132,24 @@ def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
         raise table.fail("urdf", "has a link that two joints carry", "give a URDF whose links form a tree")
     parents = {c: j.find("parent").get("link") for c, j in into.items()}  # type: ignore[union-attr]
     tip = table.text("tip") if "tip" in table else ""
-    ends = [c for c in into if c not in parents.values()]
-    if not tip and len(ends) != 1:
-        one = f"name one, such as {', '.join(map(str, ends[:5]))}" if ends else "give one whose links end"
-        raise table.fail("tip", f"is needed where a URDF has {len(ends)} ends, not 1", one)
-    link: str | None = tip or ends[0]
-    if link not in into:
-        raise table.fail("tip", f"{str(link)[:40]!r} is not a link that a joint carries", "name a link of the URDF")
-    way: list[ElementTree.Element] = []
-    while link in into and len(way) <= len(into):
-        way.append(into[link])
-        link = parents[link]
+    if not tip:
+        # what stands still (ROS-Industrial's `base` beside `tool0`) is nobody's tip
+        ends = [str(c) for c in into if c not in parents.values() and _moving(_way(str(c), into, parents))]
+        ends.sort(key=lambda end: -len(_moving(_way(end, into, parents))))
+        if len(ends) != 1:
+            one = f"name one, such as {', '.join(ends[:5])}" if ends else "give one whose links move and end"
+            raise table.fail("tip", f"is needed where a URDF has {len(ends)} ends that move, not 1", one)
+        tip = ends[0]
+    if tip not in into:
+        raise table.fail("tip", f"{tip[:40]!r} is not a link that a joint carries", "name a link of the URDF")
+    way = _way(tip, into, parents)
+    for element in _moving(way):
+        _check_alone(element, table)
     links = {str(one.get("name")): one for one in robot.iter("link")}
     joints: list[Joint] = []
     masses: list[PointMass] = []
     moved_T_link = np.eye(4)  # from the last moving link, or the root
-    for element in reversed(way):
+    for element in way:
         moved_T_link = moved_T_link @ _origin(element)
         kind, child = element.get("type"), str(element.find("child").get("link"))  # type: ignore[union-attr]
         if kind in _MOVING:
@@ -148,8 +161,39 @@ def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
             masses += _mass_of(links[child], joints[-1].name, moved_T_link)
     joints, masses = _lifted(joints, masses)
     if not 1 <= sum(j.role is Role.ARM for j in joints) <= _MOST:
-        raise table.fail("urdf", f"has {len(joints)} moving joints up to its tip", f"name a tip behind 1 to {_MOST}")
+        names = [str(e.find("child").get("link")) for e in _moving(way)]  # type: ignore[union-attr]
+        behind = f"name a tip behind 1 to {_MOST}" + (
+            f", such as {names[_WHOLE_ARM - 1]}" if len(names) > _MOST else ""
+        )
+        raise table.fail("urdf", f"has {len(joints)} moving joints up to its tip", behind)
     return BareArm(tuple(joints), tuple(masses), moved_T_link)
+
+
+def _way(tip: str, into: Mapping[str | None, ElementTree.Element], parents: Mapping[str | None, str | None]) -> Way:
+    """The joints from the root to a link."""
+    way: Way = []
+    link: str | None = tip
+    while link in into and len(way) <= len(into):
+        way.append(into[link])
+        link = parents[link]
+    return way[::-1]
+
+
+def _moving(way: Way) -> Way:
+    return [element for element in way if element.get("type") in _MOVING]
+
+
+def _check_alone(element: ElementTree.Element, table: TableReader) -> None:
+    """Raises CellError for a joint that follows another one, and for one whose limits can't be radians."""
+    name, mimic, limit = str(element.get("name"))[:40], element.find("mimic"), element.find("limit")
+    if mimic is not None:
+        what = f"has a joint {name!r} that follows {str(mimic.get('joint'))[:40]!r} (mimic: a geared wrist, a parallelogram)"
+        raise table.fail("urdf", what, "an arm whose axes turn each other is not known to a cell: no rows stand for it")
+    if element.get("type") == "revolute" and limit is not None:
+        ends = [abs(_finite(limit.get(side, "0"))) for side in ("lower", "upper")]
+        if max(ends) > _MOST_TURNS * 2.0 * np.pi:
+            what = f"has a joint {name!r} with a limit of {max(ends):g} rad, which look like degrees"
+            raise table.fail("urdf", what, "give limits in radians, or make a joint without limits continuous")
 
 
 def _lifted(joints: list[Joint], masses: list[PointMass]) -> tuple[list[Joint], list[PointMass]]:

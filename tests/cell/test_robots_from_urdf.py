@@ -79,12 +79,16 @@ ARM = """<robot name="a"><link name="base"/><link name="tip"/><joint name="j1" t
         ("0 0 1", "0 0 0", "joint 'j1' has an axis of no length"),
         ('lower="-1"', 'lower="nan"', "a number is 'nan'"),
         ('lower="-1"', 'lower="${-pi}"', "is a xacro file"),
+        ('<link name="base"/>', '<xacro:arm prefix="a"/><link name="base"/>', "is a xacro file"),
+        ('<link name="tip"/>', '<link name="tip"/><xacro:arm prefix=""/>', "is a xacro file"),
+        ('lower="-1"', 'lower="-170"', "joint 'j1' with a limit of 170 rad, which look like degrees"),
+        ("</joint>", '<mimic joint="j0"/></joint>', "joint 'j1' that follows 'j0' (mimic"),
         (
             "</robot>",
             '<joint name="b" type="fixed"><parent link="base"/><child link="tip"/></joint></robot>',
             "two joints carry",
         ),
-        ('<parent link="base"/>', "", "needed where a URDF has 0 ends"),
+        ('<parent link="base"/>', "", "needed where a URDF has 0 ends that move"),
     ],
 )
 def test_what_is_wrong_with_a_urdf_is_said_of_the_file_that_was_given(
@@ -98,3 +102,26 @@ def test_what_is_wrong_with_a_urdf_is_said_of_the_file_that_was_given(
     assert not (tmp_path / "a").exists()
     file.write_text(ARM)
     assert cell_from_urdf(file, out=tmp_path).summary.axes == ("A1",)
+
+
+def test_what_xacro_left_in_comments_is_no_xacro(tmp_path: Path) -> None:
+    """As in the Talos, Tiago and xArm7 of example-robot-data: `<!-- <xacro:..> -->`, `<!-- rpy="${..}" -->`."""
+    (tmp_path / "a.urdf").write_text(ARM.replace("</robot>", '<!-- <xacro:arm rpy="${pi}"/> --></robot>'))
+    assert cell_from_urdf(tmp_path / "a.urdf", out=tmp_path).summary.axes == ("A1",)
+
+
+def test_an_end_that_nothing_moves_is_nobody_s_tip(tmp_path: Path) -> None:
+    """ROS-Industrial's files have a link `base` beside `tool0`."""
+    still = '<link name="b"/><joint name="f" type="fixed"><parent link="base"/><child link="b"/></joint></robot>'
+    (tmp_path / "a.urdf").write_text(ARM.replace("</robot>", still))
+    assert cell_from_urdf(tmp_path / "a.urdf", out=tmp_path).summary.axes == ("A1",)
+    other = still.replace('"fixed"', '"revolute"')
+    (tmp_path / "b.urdf").write_text(ARM.replace("</robot>", other))
+    with pytest.raises(InputError, match="2 ends that move, not 1; name one, such as tip, b"):
+        cell_from_urdf(tmp_path / "b.urdf", out=tmp_path)
+
+
+def test_a_joint_that_follows_another_behind_the_tip_is_no_matter(tmp_path: Path) -> None:
+    finger = '<link name="f"/><joint name="g" type="revolute"><parent link="tip"/><child link="f"/><mimic joint="j1"/></joint>'
+    (tmp_path / "a.urdf").write_text(ARM.replace("</robot>", f"{finger}</robot>"))
+    assert cell_from_urdf(tmp_path / "a.urdf", tip="tip", out=tmp_path).summary.axes == ("A1",)

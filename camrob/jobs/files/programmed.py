@@ -123,7 +123,10 @@ def tables_for_programs(cell: Cell, file: Path) -> str:
     arm = cell.joints[cell.arm_slice]
     if len(arm) != _AXES or any(j.prismatic for j in arm):
         what = f"has an arm of {len(arm)} axes, and programs are made for six that turn"
-        raise CellError(what, hint="leave --post out: such a cell is measured and diagnosed", path=file)
+        hint = "leave --post out: such a cell is measured and diagnosed"
+        if len(arm) > _AXES:
+            hint += "; where the last of them moves a gripper, name with --tip a link before it"
+        raise CellError(what, hint=hint, path=file)
     length = best_condition(cell).length
     chain, foot = dh_chain(cell.joints), cell.arm_slice.start
     frames = {

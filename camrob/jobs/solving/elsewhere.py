@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +31,7 @@ Array = NDArray[np.float64]
 # m that the part is moved by along each axis: what clamping and a table leave
 _FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
 _PLANS = 2  # of them for which a plan is made where the published method follows none: some seconds each
+_SECONDS = 20.0  # of processor that shifts are looked at: some arms take a second each where nothing is in reach
 _TRIALS = 4  # placements, the nearest first, on which the path is followed: half a second each on a thinned path
 
 
@@ -85,17 +88,22 @@ def _upside_down(inputs: JobInputs) -> str:
 
 
 def _advice(inputs: JobInputs) -> str:
-    shifts = _shifts()
-    farthest = m_to_mm(max(_FAR))
+    shifts, begun = _shifts(), time.process_time()
+    farthest = f"by up to {m_to_mm(max(_FAR)):.0f} mm"
     try:
         one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
-        found = place_part(inputs.cell, inputs.path, np.asarray(inputs.setup.base_T_part), shifts)
+        found = place_part(inputs.cell, inputs.path, np.asarray(inputs.setup.base_T_part), shifts, seconds=_SECONDS)
     except UnreachableError:
-        return f"no shift of the part by up to {farthest:.0f} mm along the axes of base brings the whole path in reach"
+        if time.process_time() - begun > _SECONDS:
+            return f"the nearest shifts of the part, looked at for {_SECONDS:.0f} s, bring not the whole path in reach"
+        return f"no shift of the part {farthest} along the axes of base brings the whole path in reach"
     except (CellError, SetupError):
         return ""  # no closed form, or frames that one shift does not suit
     verdicts = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
     path = thinned(inputs.path, TRIAL_POINTS)
+    shifts = shifts[: len(found.mean) - 1]
+    if len(shifts) < len(_shifts()):
+        farthest = f"among the {len(shifts)} nearest"
     good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not verdicts[k + 1]]
     plannable = bool(_plannable(inputs.cell))
     trials = [(k, resolve_vjm) for k in good[:_TRIALS]] + [(k, resolve_planned) for k in good[:_PLANS] if plannable]
@@ -112,7 +120,7 @@ def _advice(inputs: JobInputs) -> str:
             f"with the part moved by {_mm(shifts[good[0] - 1])} mm every pose is in reach, but the path can't be followed "
             "there as it runs: `camrob place` tries more"
         )
-    return f"no shift of the part by up to {farthest:.0f} mm keeps it on the table and the whole path in reach"
+    return f"no shift of the part {farthest} keeps it on the table and the whole path in reach"
 
 
 def _shifts() -> Array:

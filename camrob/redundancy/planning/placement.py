@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,12 +67,15 @@ def place_part(
     shifts: Array,
     *,
     progress: Share | None = None,
+    seconds: float | None = None,
 ) -> Placements:
     """Placements that differ from base_T_part (4, 4) by `shifts` (S, 3), m, in `base`; the present one comes first.
 
     path: the toolpath placed by base_T_part. About 20 ms a placement. Turning the part about an endless table's axis
-    changes nothing that the table could not make good, so it is no freedom here. Raises UnreachableError where no
-    placement has all poses in reach, CellError for an arm without closed form.
+    changes nothing that the table could not make good, so it is no freedom here. seconds: of processor after which no
+    further placements are begun, and what is out of reach at first sight is looked for no further; those that there was no
+    time for are left out of what is returned. Raises UnreachableError where no placement that was looked at has all poses in
+    reach, CellError for an arm without closed form.
     """
     space = plan_space(cell)
     w = waypoints(path, SPACING)
@@ -83,9 +87,13 @@ def place_part(
     placed = np.repeat(np.asarray(base_T_part, float)[None], len(shifts) + 1, axis=0)
     placed[1:, :3, 3] += shifts
     value = np.empty((len(placed), len(chosen)))
+    until = np.inf if seconds is None else time.process_time() + seconds
     for start in range(0, len(placed), _CHUNK):
+        if time.process_time() > until:
+            placed, value = placed[:start], value[:start]
+            break
         some = placed[start : start + _CHUNK]
-        value[start : start + _CHUNK] = _bounds(cell, space, np.einsum("aij,bjk->abik", some, part_T_tip))
+        value[start : start + _CHUNK] = _bounds(cell, space, np.einsum("aij,bjk->abik", some, part_T_tip), until)
         if progress is not None:
             progress((start + len(some)) / len(placed))
     reached = np.all(value > 0.0, axis=1)
@@ -98,11 +106,11 @@ def place_part(
     return Placements(placed, mean, worst, int(np.argmax(mean + worst)), 0)
 
 
-def _bounds(cell: Cell, space: PlanSpace, base_T_tip: Array) -> Array:
+def _bounds(cell: Cell, space: PlanSpace, base_T_tip: Array, until: float) -> Array:
     """The best 1/k_F (P, A) at poses (P, A, 4, 4) of placements: by the certificate, or over the branches where the cell has no
     spare freedom. Of a placement that has a pose out of reach not all are looked for.
 
-    A pose that no scan reaches is sought between its nodes, as a plan would.
+    A pose that no scan reaches is sought between its nodes, as a plan would; after `until`, s of processor, no more.
     """
     P, A = base_T_tip.shape[:2]
     poses = locked(base_T_tip.reshape(P * A, 4, 4))
@@ -111,6 +119,8 @@ def _bounds(cell: Cell, space: PlanSpace, base_T_tip: Array) -> Array:
         return np.array([scan(space, frame, grid, 1).max() for frame in poses], float).reshape(P, A)
     value = np.array(certify(space, poses).inv_kf)
     for placement in np.arange(P * A).reshape(P, A):
+        if time.process_time() > until:
+            continue
         for k in placement[value[placement] <= 0.0]:  # what another placement out of reach kept from being looked for
             value[k] = certify(space, poses[k : k + 1]).inv_kf[0]
             own = between_nodes(cell, space, poses[k]) if value[k] <= 0.0 else None
