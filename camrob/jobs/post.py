@@ -18,7 +18,7 @@ from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
-from camrob.jobs.files.output import demand_own_name, staged_output
+from camrob.jobs.files.output import demand_apart, demand_own_name, staged_output
 from camrob.jobs.files.solved_path import save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
@@ -160,6 +160,7 @@ def post(
             _posted(asked, clamping, staged, out, Watch(progress))
             for clamping in read_clampings(setup_of(clfile, setup)) or (None,)
         ]
+        demand_apart([name for one in made for name in one.files])
     return replace(made[0], others=tuple(made[1:]))
 
 
@@ -251,6 +252,7 @@ def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: 
         own = folder / title
         own.mkdir()
         rest = _first_free(replace(order, title=title, process=process, begin=line), inputs, own, watch)
+        demand_apart([*files, *rest.files])
         for name in rest.files:
             (own / name).rename(folder / name)
         own.rmdir()

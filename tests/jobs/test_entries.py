@@ -12,7 +12,7 @@ from rapid_job import write_job
 from test_several_tools import PART
 
 import camrob
-from camrob.errors import ToolpathError
+from camrob.errors import ToolpathError, VerificationError
 from camrob.jobs.post import PostResult, _entry_name
 from camrob.jobs.verify import verify
 from camrob.languages import language_named
@@ -66,6 +66,13 @@ def test_the_witness_judges_each_as_a_program_of_its_own(made: PostResult) -> No
     assert still
     cut = [line for line in (made.out / "part_E03.src").read_text().splitlines() if line.startswith("LIN")][2]
     assert against(made, "part_E03.src", THIRD, lambda text: text.replace(cut + "\n", "", 1))
+
+
+def test_two_entries_of_one_name_are_no_two_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever gives them their names: one would lie there as the other, the operations between them left out."""
+    monkeypatch.setattr("camrob.jobs.post._entry_name", lambda title, *_: f"{title}_E02")
+    with pytest.raises(VerificationError, match="two of the job's programs are written into part_E02"):
+        posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS, cell=cell_with(tmp_path, OPTION))
 
 
 def test_verify_takes_the_line(made: PostResult) -> None:

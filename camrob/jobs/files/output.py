@@ -6,17 +6,24 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 
-from camrob.errors import InputError
+from camrob.errors import InputError, VerificationError
 from camrob.jobs.exit_status import disk_full
 from camrob.jobs.files.summary_file import said_in
 from camrob.languages import language_suffixes, program_suffixes
 
-__all__ = ["check_calibration_name", "check_file_name", "check_folder", "demand_own_name", "staged_output"]
+__all__ = [
+    "check_calibration_name",
+    "check_file_name",
+    "check_folder",
+    "demand_apart",
+    "demand_own_name",
+    "staged_output",
+]
 
 _STAGING = ".camrob-unfinished-"
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
@@ -52,6 +59,14 @@ def demand_own_name(out: Path, name: str, clfile: Path) -> None:
     if others:
         what = f"{name} there is the program of {others[0][:_SHOWN]}, and {clfile.name[:_SHOWN]} comes to the same name"
         raise InputError(what, hint="name this one (--name), or choose another --out", path=out)
+
+
+def demand_apart(names: Sequence[str]) -> None:
+    """Raise VerificationError where two programs of a job have a file of one name: the later one would lie there for both."""
+    twice = next((name for k, name in enumerate(names) if name.lower() in {other.lower() for other in names[:k]}), None)
+    if twice is not None:
+        what = f"two of the job's programs are written into {twice}; name it (--name) or its clampings otherwise"
+        raise VerificationError(f"the program was not released: {what}")
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from process_story import KR15
 from scipy.spatial.transform import Rotation
 
 import camrob
-from camrob.errors import CamrobError, InputError, JobError
+from camrob.errors import CamrobError, InputError, JobError, VerificationError
 from camrob.jobs.verify import verify
 from camrob.witness.judge import judge
 
@@ -174,3 +174,11 @@ def test_a_second_side_is_asked_for(tmp_path: Path) -> None:
     made = camrob.post(job(tmp_path / "again", copied + "\n"), cell=KR15, out=tmp_path / "out", report=False)
     assert [made.summary.program, made.others[0].summary.program] == ["part_side1", "part_side2"]
     assert visited(tmp_path / "out" / "part_side2.src", TURNED_OVER)
+
+
+def test_two_clampings_of_one_name_are_no_two_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever gives them their names: the second side's program would lie there alone."""
+    monkeypatch.setattr("camrob.jobs.post._clamping_name", lambda title, *_: title)
+    with pytest.raises(VerificationError, match=r"two of the job's programs are written into part\.src"):
+        camrob.post(job(tmp_path / "in"), cell=KR15, out=tmp_path / "out", report=False)
+    assert not list((tmp_path / "out").glob("*.src"))
