@@ -165,7 +165,7 @@ def test_what_ends_the_reading_of_siemens(tell, row: str) -> None:
         "4 APPR LCT X+1 Y+1 R2",
         "4 L X+5 R+",
         "4 L X+5 M97",
-        "4 CC",
+        "4 CC X+3",
         "4 L X+5 F AUTO",
         "4 CALL PGM B",
     ],
