@@ -102,6 +102,8 @@ class ControllerSettings:
             if isinstance(lines, str):
                 raise CellError(f"hook {name} is a text", hint="write a list of lines")
             hooks[name] = tuple(lines)
+            if not any(str(line).strip() for line in hooks[name]):
+                raise CellError(f"hook {name} holds no line", hint="write what it does, or leave it out")
             for line in hooks[name]:
                 check_line(f"hook {name}", line, HOOK_PLACEHOLDERS[name], self.max_line_length)
         object.__setattr__(self, "hooks", MappingProxyType(hooks))

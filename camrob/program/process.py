@@ -16,13 +16,13 @@ import numpy as np
 from camrob.cell.cell import Cell
 from camrob.errors import JobError
 from camrob.findings import Finding
+from camrob.program.demanded_hooks import demand_hook
 from camrob.toolpath.region import Event, EventKind, Move, Region, goes_on
 
 __all__ = ["SPINDLE_HOOKS", "Place", "Process", "Step", "ToolChange", "plan_process", "tool_changes"]
 
 SPINDLE_HOOKS = {"CLW": "spindle_on", "CCLW": "spindle_on_ccw"}
 _SENSES = {"CLW": "clockwise", "CCLW": "counter-clockwise"}
-_LEFT_OUT = {EventKind.COOLANT_ON: "coolant_on", EventKind.COOLANT_OFF: "coolant_off", EventKind.STOP: "stop"}
 _RUNNING = "the program stops for the operator while the spindle turns; most machine tools stop it there"
 _COOLANT = (EventKind.COOLANT_ON, EventKind.COOLANT_OFF)
 _SAME_PLACE = 1e-9  # m
@@ -272,10 +272,9 @@ class _Planner:
         if event.kind is EventKind.COOLANT_ON:
             self.coolant = step
             self.kinds.setdefault(event.text or "ON", event.line)
-        hook = _LEFT_OUT.get(event.kind)
-        if hook is not None and not self._hook(hook):
-            what = f"the cell has no hook {hook}: what the file asks for there is left out"
-            self.findings.append(Finding("no-hook", what, line=event.line))
+        missing = demand_hook(event, self.cell)
+        if missing is not None:
+            self.findings.append(missing)
         self.steps.append(step)
 
     def _hook(self, name: str) -> tuple[str, ...]:
