@@ -44,6 +44,11 @@ _MOST_POSITION, _MOST_ANGLE = 0.03, 0.06  # m and rad an axis: no robot that wor
 _MOST_SHIFT, _MOST_TURN = 0.2, 0.3  # m and rad: what base and tool are off by more is no error but another frame
 _EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to leave so much
 _CLEARER = (0.1, 0.03, 0.01)  # .. or, where more parameters say more of poses left out, so little
+_AS_GOOD = (
+    1.02  # of that, where the instrument's frame is unknown: what it shares with a robot is theirs by ordinary sizes
+)
+_FOLDED = 1000  # poses that it is tried with
+_GROSS, _NAMED = 4.0, 5  # times the median that a gross pose is off, and how many are named
 _BETTER = 0.9  # of what fewer parameters leave there, at the most: chance makes a few percent
 
 
@@ -148,9 +153,11 @@ def _fitted_as_far_as_seen(
                 found, best = (*_fitted(cell, prepared, wider.kept), wider), left
         except (JobError, SingularError):
             continue  # so many can't be fitted to these poses
-    if sum(len(part.data) for part in prepared) < FEW:
+    poses = sum(len(part.data) for part in prepared)
+    shifts = any(n.startswith("base.") for part in prepared for n in part.nuisance)
+    if poses < FEW or (shifts and poses <= _FOLDED):
         held = _held_to_sizes(prepared, cell, scales, firsts)
-        if held is not None and held[0] < _BETTER * best:
+        if held is not None and held[0] < (_AS_GOOD if shifts else _BETTER) * best:
             return held[1:]
     return found
 
@@ -313,7 +320,7 @@ def _result(
         outliers=fit.outliers,
         left_out=sum(part.left_out for part in sets),
         oriented=oriented,
-        warnings=(*_warnings(fit, sets), *_carries_badly(poses)),
+        warnings=(*_far_off(poses), *_warnings(fit, sets), *_carries_badly(poses)),
     )
 
 
@@ -333,6 +340,25 @@ def _errors(poses: Sequence[PoseErrors]) -> dict[str, ErrorSize]:
     }
 
 
+def _far_off(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
+    """A sentence for every log with gross poses, which the fit gives little weight and the mean errors all of theirs."""
+    said = []
+    for log in poses:
+        off = m_to_mm(log.distance("calibrated"))
+        gross = log.outlier & (off > _GROSS * np.median(off))
+        if not gross.any() or gross.all():
+            continue
+        named = [f"{row + 1}" for row in log.rows[gross][:_NAMED].tolist()]
+        more = f" and {gross.sum() - _NAMED} more" if gross.sum() > _NAMED else ""
+        one, file = gross.sum() == 1, log.log or "the log"
+        which = f"{'pose' if one else 'poses'} {', '.join(named)}{more} of {file} {'lies' if one else 'lie up to'}"
+        said.append(
+            f"{which} {off[gross].max():.2f} mm off, the others {off[~gross].mean():.2f} in the mean: look how "
+            f"{'it was measured; the errors below count it' if one else 'they were measured; the errors below count them'}"
+        )
+    return tuple(said)
+
+
 def _carries_badly(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
     """A sentence for every withheld log that the calibrated robot predicts worse than base and tool alone do."""
     worse = [p for p in poses if p.withheld and np.mean(p.distance("calibrated")) > np.mean(p.distance("frames"))]
@@ -346,13 +372,16 @@ def _carries_badly(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
 def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:
     """What a person should know before trusting the numbers."""
     said = []
-    if fit.against > 0.0:
+    if fit.against > 0.0 and fit.rows < FEW:
         what = f"{fit.rows} poses are few for {len(fit.names)} parameters: each is held to its ordinary size (1 mm, 0.06 degrees)"
         said.append(
             f"{what} against {m_to_mm(fit.against):.3f} mm, as says most of poses left out; measure 50 to know them"
         )
-    if fit.outliers > 0.02 * fit.rows:
-        said.append(f"{fit.outliers} of {fit.rows} poses lie far off; look at the measurement")
+    elif fit.against > 0.0:
+        what = "the instrument's frame is unknown, and poses hardly tell it from where the first axes stand"
+        said.append(
+            f"{what}: each parameter is held to its ordinary size (1 mm, 0.06 degrees); set the base up anew where a part's place counts"
+        )
     if fit.strongest(1) and abs(fit.strongest(1)[0][2]) > 0.98:
         a, b, r = fit.strongest(1)[0]
         said.append(f"{a} and {b} are nearly one parameter in these poses (correlation {r:.3f})")

@@ -27,7 +27,7 @@ def fit_few(
     """All parameters that show at all, held to their ordinary sizes: m that they leave of poses left out, the sets, the fit, and
     what of them is fitted; None where no fit ends. scatter: m an axis that base and tool leave.
     """
-    names = tuple(n for n in prepared[0].names if (n in seen.kept if _of_frame(n) else n not in seen.unseen))
+    names = tuple(n for n in prepared[0].names if (n in seen.kept if _of_frame(n) else _shows(n, seen)))
     left: dict[float, float] = {}
     for part in _AGAINST:
         try:
@@ -44,6 +44,12 @@ def fit_few(
     lost = tuple(n for n in seen.left_out if n not in names)
     weak = tuple(n for n in seen.weak if n not in names)
     return left[best], kept, fit, replace(seen, kept=names, merged=merged, weak=weak, left_out=lost)
+
+
+def _shows(name: str, seen: Identifiability) -> bool:
+    """Whether the poses say anything of a robot's value that an instrument's place does not take whole."""
+    others = seen.merged.get(name, ())
+    return name not in seen.unseen and not (others and all(_of_frame(n) for n in others))
 
 
 def _of_frame(name: str) -> bool:

@@ -159,6 +159,8 @@ def _chain(robot: ElementTree.Element, table: TableReader) -> BareArm:
             raise table.fail("urdf", f"has a joint of type {str(kind)[:20]!r}", "make it revolute, prismatic or fixed")
         if joints and child in links:
             masses += _mass_of(links[child], joints[-1].name, moved_T_link)
+    if _placeholders([links[m.name] for m in masses]):
+        masses = []
     joints, masses = _lifted(joints, masses)
     if not 1 <= sum(j.role is Role.ARM for j in joints) <= _MOST:
         names = [str(e.find("child").get("link")) for e in _moving(way)]  # type: ignore[union-attr]
@@ -236,6 +238,13 @@ def _mass_of(link: ElementTree.Element, after: str, moved_T_link: Array) -> list
         return []
     center = moved_T_link @ np.append(_origin(inertial)[:3, 3], 1.0)
     return [PointMass(str(link.get("name")), after, _finite(found.get("value", "0")), center[:3])]
+
+
+def _placeholders(links: list[ElementTree.Element]) -> bool:
+    """Whether the masses of some links were made up to satisfy a simulator: all alike, each in its link's own origin."""
+    bodies = [i for i in (link.find("inertial") for link in links) if i is not None and i.find("mass") is not None]
+    values = {_finite(body.find("mass").get("value", "0")) for body in bodies}  # type: ignore[union-attr]
+    return len(bodies) > 2 and len(values) == 1 and not any(_origin(body)[:3, 3].any() for body in bodies)
 
 
 def _origin(element: ElementTree.Element) -> Array:

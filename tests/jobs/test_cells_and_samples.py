@@ -193,3 +193,24 @@ def test_the_wheel_holds_cells_and_samples(tmp_path: Path) -> None:
         if (folder / "cell.toml").is_file():
             assert kept == {f.name for f in (ROOT / "cells" / folder.name).iterdir() if f.is_file()}
             read_cell(folder)
+
+
+def test_masses_that_a_simulator_was_given_are_left_out_and_said(tmp_path: Path) -> None:
+    """ROS packages whose makers publish no masses write 2 kg in each link's origin: calibrate took them for the arm's weight."""
+
+    def arm(masses: tuple[float, ...], z: float) -> str:
+        text = ARM
+        for link, mass in zip(("one", "two", "right"), masses, strict=True):
+            body = f'<link name="{link}"><inertial><origin xyz="0 0 {z}"/><mass value="{mass}"/></inertial></link>'
+            text = text.replace(f'<link name="{link}"/>', body)
+        return text
+
+    for name, masses, z, kept in (
+        ("made_up", (2, 2, 2), 0.0, 0),
+        ("told", (2, 3, 2), 0.0, 3),
+        ("centred", (2, 2, 2), 0.1, 3),
+    ):
+        (tmp_path / f"{name}.urdf").write_text(arm(masses, z))
+        made = cell_from_urdf(tmp_path / f"{name}.urdf", tip="right", out=tmp_path)
+        assert len(made.cell.masses) == kept
+        assert any("made up, and left out" in line for line in made.summary.next) is (kept == 0)

@@ -172,11 +172,14 @@ def cell_from_urdf(
             (staging / "cell.toml").write_text(head + tables_for_programs(cell, urdf), encoding="utf-8")
             off = straightened_by(cell, read_cell(staging))
     counted = "check that its zeros and senses are those that the controller counts in (signs, offsets_deg of [arm])"
+    made_up = "its masses are all alike, each in its link's origin: made up, and left out; give the maker's by [[mass]]"
+    left_out = (made_up,) if b"<mass" in urdf.read_bytes() and not cell.masses else ()
     if post:
         return _made(
             folder,
             (
                 counted,
+                *left_out,
                 "HOME, accelerations, tool, load, controller and outputs are assumed: write the machine's own into cell.toml",
                 "no bodies are drawn ([[shape]]), so that no collision is seen yet",
                 *_straightened(off),
@@ -184,7 +187,11 @@ def cell_from_urdf(
         )
     return _made(
         folder,
-        (f"calibrate and diagnose take it as it is; {counted}", "post needs more: --post adds it, at assumed values"),
+        (
+            f"calibrate and diagnose take it as it is; {counted}",
+            *left_out,
+            "post needs more: --post adds it, at assumed values",
+        ),
     )
 
 
