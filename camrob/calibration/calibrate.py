@@ -379,9 +379,8 @@ def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:
         )
     elif fit.against > 0.0:
         what = "the instrument's frame is unknown, and poses hardly tell it from where the first axes stand"
-        said.append(
-            f"{what}: each parameter is held to its ordinary size (1 mm, 0.06 degrees); set the base up anew where a part's place counts"
-        )
+        held = "each parameter is held to its ordinary size (1 mm, 0.06 degrees)"
+        said.append(f"{what}: {held}; set the base up anew where a part's place counts")
     if fit.strongest(1) and abs(fit.strongest(1)[0][2]) > 0.98:
         a, b, r = fit.strongest(1)[0]
         said.append(f"{a} and {b} are nearly one parameter in these poses (correlation {r:.3f})")
