@@ -18,6 +18,7 @@ __all__ = [
     "State",
     "Unit",
     "all_seen",
+    "no_beginning",
     "no_refinement",
     "no_stand_in",
     "no_terms",
@@ -79,12 +80,18 @@ class Column:
 Units = Callable[[Sequence[Scene], State], tuple[Unit, ...]]
 Columns = Callable[[Scene, Unit, State], tuple[Column, ...]]
 Terms = Callable[[Unit, State], tuple[str, ...]]
+Begin = Callable[[Sequence[Scene]], State]
 Refine = Callable[[State, Mapping[str, float]], dict[str, float]]
 Seen = Callable[[Sequence[Scene], Unit, State], bool]
 Wider = Callable[[Scene, State], tuple[Column, ...]]
 StandIn = Callable[[Scene, State, Mapping[str, float], float], Mapping[str, Array]]
 Likewise = Callable[[Sequence[Scene]], tuple[str, ...]]
 Accuses = Callable[[Mapping[str, float], Sequence[str], Sequence[str]], str]
+
+
+def no_beginning(scenes: Sequence[Scene]) -> State:
+    """An effect of which logs say nothing before it is fitted."""
+    return {}
 
 
 def no_refinement(state: State, values: Mapping[str, float]) -> dict[str, float]:
@@ -125,10 +132,10 @@ class Effect:
     experiment: the motion that would isolate it. remedy: what a person does about it, "" where nobody has said; odd_axis: what
     about "{axis}", where it does far more of it than its like, or about what has no axis, where it does; "" for the same. units:
     what may be in or out on these logs, none where it can't show. columns: one a parameter. start: the state before anything is
-    known; refine: the next state from fitted values, by parameter name; trials: changes of the state to choose among by what
-    they leave unexplained. accuracy: by what share of itself the description may be wrong. terms: the names of a unit's
-    parameters in the one error model (`calibrate.terms`) that calibrate, compensate and diagnose share, in their order; ()
-    where it can't be said there. compensable: it has such, so that `compensate` can correct it.
+    known, and begin: what the logs themselves say of it; refine: the next state from fitted values, by parameter name; trials:
+    changes of the state to choose among by what they leave unexplained. accuracy: by what share of itself the description may
+    be wrong. terms: the names of a unit's parameters in the one error model (`calibrate.terms`) that calibrate, compensate and
+    diagnose share, in their order; () where it can't be said there. compensable: it has such, for `compensate` to correct it.
 
     Traits that the engine asks for, instead of names. orders: its state holds orders of gears, which a residual suggests.
     zeros: its state holds axes' zeros, which a log may show to be lost by degrees. twin_in_world: the effect that shows the
@@ -153,6 +160,7 @@ class Effect:
     units: Units
     columns: Columns
     start: State = field(default_factory=dict)
+    begin: Begin = no_beginning
     refine: Refine = no_refinement
     trials: tuple[State, ...] = ()
     accuracy: float = 0.01

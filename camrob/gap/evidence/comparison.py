@@ -61,7 +61,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
     searched with it integrated out; what is not linear is refined, and what is left suggests further shapes.
     """
     effects = (*library, UNKNOWN)
-    states: dict[str, State] = {e.name: dict(e.start) for e in effects}
+    states: dict[str, State] = {e.name: {**e.start, **e.begin(scenes)} for e in effects}
     noises = tuple(noise_of(s) for s in scenes)
     kept = [~find_outliers(s, n) for s, n in zip(scenes, noises, strict=True)]
     if any(s.poses and not n.stated for s, n in zip(scenes, noises, strict=True)):

@@ -195,6 +195,7 @@ def _which_axis(entry: EffectFound) -> str:
     """Whether one axis stands out of its like, by the evidence."""
     moves = entry.axis_moves_mm or {}
     odd, shared = entry.stands_out, any("_beyond_" in n or n in ("tau_s", "arm_s2") for n in entry.parameters)
+    shared |= entry.of_machine and "delay_s" in entry.parameters
     if not moves or not entry.axes:
         return _ALL_ALIKE if shared else ""
     if shared:

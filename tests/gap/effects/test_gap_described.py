@@ -240,7 +240,8 @@ def test_no_axis_is_late_where_all_are_alike_or_only_noise_is_there() -> None:
         world.drive += rng.normal(0.0, 2e-6, world.drive.shape)
 
     effect = next(e for e in library() if e.name == "setpoint_delay")
-    assert effect.units([make_scene(simulated(plant, rate=1.0 / 0.012), kr15())], {}) == ()
+    units = effect.units([make_scene(simulated(plant, rate=1.0 / 0.012), kr15())], {})
+    assert [u for u in units if u.axis] == []  # all may be late, which is another thing
 
 
 @pytest.mark.parametrize("share", [0.01, -0.006])

@@ -204,13 +204,12 @@ def test_what_can_not_be_told_apart_is_refused_in_one_line() -> None:
         diagnose([tracked, drives], ur10())
 
 
-@pytest.mark.parametrize("cell", [single, seven], ids=["one axis", "seven axes"])
-def test_a_lag_that_late_set_points_show_as_well_is_one_of_a_class(cell) -> None:
-    """Clearly a lag it is one; where the encoder is too coarse to tell, or set-points are late and followed at once, a class."""
+@pytest.mark.parametrize(("cell", "noise"), [(single, 4e-4), (seven, 2e-3)], ids=["one axis", "seven axes"])
+def test_a_lag_that_late_set_points_show_as_well_is_one_of_a_class(cell, noise: float) -> None:
+    """Clearly a lag it is one; where the encoder is too coarse to tell, a class."""
     u = path(len(cell().axis_names))
-    late = np.stack([np.interp(T - 0.03, T, v) for v in u.T], axis=1)
-    coarse = np.random.default_rng(1).normal(0.0, 1e-4, u.shape)
-    for encoder, alike in ((lagged(u, 0.03), False), (lagged(u, 0.01) + coarse, True), (late, True)):
+    coarse = np.random.default_rng(1).normal(0.0, noise, u.shape)
+    for encoder, alike in ((lagged(u, 0.03), False), (lagged(u, 0.01) + coarse, True)):
         told = diagnose([log(cell(), u, encoder, every=5)], cell()).summary.to_json()["effects"]
         found = next(e for e in told if e["effect"] == "servo_lag")
         assert ("setpoint_delay" in found["class"]) == alike
