@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["DRAWN_POINTS", "LikelySizes", "likely_sizes"]
+__all__ = ["DRAWN_POINTS", "LikelySizes", "likely_distances", "likely_sizes"]
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,31 @@ def likely_sizes(deviation: Array, normal: Array, own: Array, together: Array, a
     for axis in range(3):
         drawn += normal[:, axis : axis + 1] * (together @ rng.standard_normal((together.shape[1], _MACHINES)))
     drawn += apart[:, None] * rng.standard_normal(drawn.shape)
+    return _sizes(np.abs(drawn))
+
+
+def likely_distances(off: Array, way: Array, own: Array, together: Array, apart: Array) -> LikelySizes:
+    """As `likely_sizes`, of how far a tool is off its way at P places. off: (P, 3) m, what is expected; way: (P, 3) unit vectors
+    along it, which count nothing; own: (P, 3, K) m by which each of K things that may be wrong moves the tool.
+    """
+    if not len(off):
+        return LikelySizes(np.zeros(3), np.zeros(3))
+    rng = np.random.default_rng(_SEED)
+    # two directions across the way
+    first = np.cross(way, np.eye(3)[np.argmin(np.abs(way), axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    square = np.zeros((len(off), _MACHINES))
+    values = rng.standard_normal((own.shape[2], _MACHINES))
+    fields = rng.standard_normal((3, together.shape[1], _MACHINES))
+    for across in (first, np.cross(way, first)):
+        part = np.einsum("pi,pi->p", across, off)[:, None] + np.einsum("pi,pik->pk", across, own) @ values
+        part += sum(across[:, [i]] * (together @ fields[i]) for i in range(3))
+        square += (part + apart[:, None] * rng.standard_normal(part.shape)) ** 2
+    return _sizes(np.sqrt(square))
+
+
+def _sizes(drawn: Array) -> LikelySizes:
+    """Of sizes (P, machines)."""
     rms = np.sqrt(np.mean(drawn**2, axis=0))
-    p95 = np.quantile(np.abs(drawn), 0.95, axis=0)
+    p95 = np.quantile(drawn, 0.95, axis=0)
     return LikelySizes(np.percentile(rms, _SHARES), np.percentile(p95, _SHARES))

@@ -16,6 +16,7 @@ __all__ = [
     "Corrections",
     "ErrorBetween",
     "Iterations",
+    "LikelyOff",
     "MarginsBeforeAfter",
     "NewViolation",
     "OffPathSize",
@@ -129,13 +130,28 @@ class OffPathSize(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LikelyOff(Summary):
+    """How far the tool is likely to be off, on machines that are drawn from all that a diagnosis leaves open: of the middle one,
+    and between which two 95 of 100 lie.
+    """
+
+    rms_mm: float
+    rms_low_mm: float
+    rms_high_mm: float
+    p95_mm: float
+    p95_low_mm: float
+    p95_high_mm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class OnDiagnosedMachine(Summary):
     """The program run on the machine as diagnosed: as it was, with the chain's constants corrected, and as written.
 
     causes: what more than constants was corrected, none where that would not have helped; not_reckoned: what was found and a
     program's run does not tell; rest_mm: what no cause explains (3-D rms); targets_added: within lines, where a correction has
     to change more quickly than between two targets: by file, the lines of the written program that hold them. fastest_cut_mm_min:
-    lines and arcs that are programmed faster count as moves in air; left out where none do.
+    lines and arcs that are programmed faster count as moves in air; left out where none do. likely: `after` on the machines that
+    the diagnosis leaves open; left out where an older camrob wrote the file.
     """
 
     diagnosis: str
@@ -146,6 +162,7 @@ class OnDiagnosedMachine(Summary):
     before: OffPathSize
     constants: OffPathSize
     after: OffPathSize
+    likely: LikelyOff | None = left_out()
     fastest_cut_mm_min: float | None = left_out()
 
     def steps(self) -> tuple[tuple[str, OffPathSize], ...]:

@@ -173,6 +173,8 @@ def assert_told_what_is_taken_off(page: str, out: Path, turns: int) -> None:
         )
         assert (out / f"turn_{k - 1}" / "diagnosis" / "fitted.toml").is_file()
         assert f"to {made['after']['rms_mm']:.3f} mm rms" in text
+        likely = [made["likely"][f"{name}_mm"] for name in ("p95_low", "p95", "p95_high")]
+        assert likely == sorted(likely) and likely[1] > 0.8 * made["after"]["p95_mm"]
 
 
 @pytest.mark.slow

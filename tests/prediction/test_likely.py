@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from camrob.prediction.likely import likely_sizes
+from camrob.prediction.likely import likely_distances, likely_sizes
 
 UP = np.tile([0.0, 0.0, 1.0], (5000, 1))
 NONE, NOTHING = np.zeros((5000, 0)), np.zeros(5000)
@@ -50,3 +50,21 @@ def test_a_field_acts_along_the_normal_alone() -> None:
     got = likely_sizes(NOTHING, normals, NONE, np.full((5000, 1), 1e-5), NOTHING)
     rms = 1e-5 * np.sqrt(np.log(2.0))  # median of a chi-square of two degrees is 2 ln 2
     assert got.rms[1] == pytest.approx(rms, **MANY)
+
+
+def test_what_lies_along_the_way_counts_nothing_and_all_else_by_formula() -> None:
+    """One sure thing aside, one along it; what is another at each place is Rayleigh's; a field alike everywhere, too."""
+    P, way = 4000, np.tile([0.6, 0.0, 0.8], (4000, 1))
+    aside, none = np.cross(way, [0.0, 1.0, 0.0]), np.zeros((P, 3, 0))
+    zero, still, no_field = np.zeros((P, 3)), np.zeros(P), np.zeros((P, 0))
+    assert np.allclose(likely_distances(0.2 * aside, way, none, no_field, still).p95, 0.2)
+    assert np.allclose(likely_distances(0.2 * way, way, 0.1 * way[:, :, None], no_field, still).rms, 0.0)
+    assert likely_distances(zero, way, 0.1 * aside[:, :, None], no_field, still).p95[1] == pytest.approx(
+        0.0674, rel=0.1
+    )
+    apart = likely_distances(zero, way, none, no_field, np.full(P, 0.1))
+    assert apart.rms[1] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.02)
+    assert apart.p95[1] == pytest.approx(0.1 * np.sqrt(-2.0 * np.log(0.05)), rel=0.02)
+    field = likely_distances(zero, way, none, np.full((P, 1), 0.1), still)
+    assert field.p95[1] == pytest.approx(0.1 * np.sqrt(2.0 * np.log(2.0)), rel=0.1)
+    assert not np.any(likely_distances(zero[:0], way[:0], none[:0], no_field[:0], still[:0]).p95)

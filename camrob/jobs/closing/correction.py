@@ -20,7 +20,7 @@ from camrob.errors import InputError, ProgramError, SingularError, UnreachableEr
 from camrob.findings import Finding, first_error
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
-from camrob.jobs.closing.off_way import OffWay, off_path_size
+from camrob.jobs.closing.off_way import OffWay, likely_off, off_path_size
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.jobs.closing.tool_chains import ToolChains
 from camrob.program.language import Language
@@ -76,6 +76,7 @@ class Correction:
             self.left.append(Finding("tool-of-one", what))
         self.on_machine: OnDiagnosedMachine | None = None
         self.off_path, self.more = OffWay(np.zeros(0), np.zeros(0), np.zeros(0, np.int64)), False
+        self.best: MachineRun | None = None
 
     def tell(self, stage: str) -> Share:
         """What one stage tells."""
@@ -118,7 +119,7 @@ class Correction:
             return now, now.off_path(intended)
 
         now, self.off_path = run(0)
-        constants, meant = self.off_path, self.targets
+        constants, meant, self.best = self.off_path, self.targets, now
         for turn in range(1, _ROUNDS + 1):
             was = self.result, self.left
             targets = shifted(meant, now.beyond_at_ends())
@@ -127,7 +128,7 @@ class Correction:
             if not _worth(off, self.off_path):
                 self.result, self.left = was
                 break
-            self.targets, self.off_path, self.more = targets, off, True
+            self.targets, self.off_path, self.more, self.best = targets, off, True, now
         return constants
 
 
@@ -176,6 +177,9 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         before=off_path_size(before),
         constants=off_path_size(constants),
         after=off_path_size(made.off_path),
+        likely=None
+        if made.best is None
+        else likely_off(made.best.likely_off(programmed_path(made.text, made.planned))),
     )
     return made
 

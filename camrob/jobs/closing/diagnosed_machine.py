@@ -23,6 +23,7 @@ from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
+from camrob.prediction.likely import LikelySizes, likely_distances
 from camrob.prediction.speed_errors import SLOWLY, beside_way, causes_of_speed, twist_of
 from camrob.prediction.true_path import TruePath, true_path, unit_name
 from camrob.program.motion import AT_SPEED, Motion
@@ -34,6 +35,8 @@ __all__ = ["DiagnosedMachine", "MachineRun", "cuts_of", "shifted"]
 
 Array = NDArray[np.float64]
 
+_DRAWN_PLACES = 3_000  # of a run on which it is drawn how far the tool is likely to be off
+_FEWEST = 12  # rows that a run can be laid out with
 _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a motion is seen
 
 
@@ -153,14 +156,44 @@ class MachineRun:
 
     def off_path(self, intended: ProgrammedPath) -> OffWay:
         """From the tool's place to the intended path, at the rows of motions that cut."""
-        tip = self.path.true[:, :3, 3]
+        cutting = np.flatnonzero(self.machine.cuts(self.program)[self.motion])
+        off = np.linalg.norm(self._beside(intended, cutting), axis=1)
+        return OffWay(off, self.way.step[cutting], self.motion[cutting])
+
+    def _beside(self, intended: ProgrammedPath, rows: NDArray[np.int64]) -> Array:
+        """(P, 3) m in `base` from the nearest place of the intended path to the tool, at rows (P,) of the run."""
+        tip, turn = self.path.true[rows, :3, 3], None
         if intended.in_world:
-            frames = world_T_base(self.cell, self.cell.to_q(self.log.setpoints(self.cell.axis_names)))
-            tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
-        cutting = self.machine.cuts(self.program)[self.motion]
-        motion = self.motion[cutting]
-        nearest = nearest_on_path(tip[cutting], intended, motion)[0]
-        return OffWay(np.linalg.norm(tip[cutting] - nearest, axis=1), self.way.step[cutting], motion)
+            frames = world_T_base(self.cell, self.cell.to_q(self.log.setpoints(self.cell.axis_names)[rows]))
+            turn = frames[:, :3, :3]
+            tip = np.einsum("nij,nj->ni", turn, tip) + frames[:, :3, 3]
+        off = tip - nearest_on_path(tip, intended, self.motion[rows])[0]
+        return off if turn is None else np.einsum("nji,nj->ni", turn, off)
+
+    def likely_off(self, intended: ProgrammedPath) -> LikelySizes:
+        """How far the tool is likely to be off the intended path where it cuts, by all that the diagnosis leaves open."""
+        cutting = np.flatnonzero(self.machine.cuts(self.program)[self.motion] & (self.way.step > 0.0))
+        way = np.cumsum(self.way.step[cutting])
+        if not len(cutting):
+            return LikelySizes(np.zeros(3), np.zeros(3))
+        # places as far apart along the way as there may be
+        count = min(_DRAWN_PLACES, len(cutting))
+        rows = np.unique(cutting[np.searchsorted(way, np.linspace(0.0, way[-1], count + 2)[1:-1])])
+        ideal = self.path.ideal[:, :3, 3]
+        along = (ideal[rows] - ideal[rows - 1]) / self.way.step[rows, None]
+        spread = self.path.spread[rows, :3]
+        together = self._together(rows)
+        apart = np.maximum(self.path.rest[rows] ** 2 - np.sum(together**2, axis=1), 0.0)
+        return likely_distances(self._beside(intended, rows), along, spread, together, np.sqrt(apart))
+
+    def _together(self, rows: NDArray[np.int64]) -> Array:
+        """(P, L) m, what is unexplained as one smooth field, which goes by the postures of the rows alone."""
+        machine, few = self.machine, {name: np.asarray(v)[rows] for name, v in self.log.columns.items()}
+        if machine.units is None or machine.units.unexplained is None or len(rows) < _FEWEST:
+            return np.zeros((len(rows), 0))
+        log = MeasurementLog(few, self.log.info)
+        path = true_path(log, self.cell, machine.constants, machine.units, rest=machine.rest, drawn=True)
+        return np.zeros((len(rows), 0)) if path.together is None else path.together
 
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""

@@ -95,7 +95,7 @@ def _verdict(summary: CompensateSummary) -> str:
         text = (
             f"On the machine as diagnosed 95 % of the path was within {number(found.before.p95_mm, 3, 'mm')} and is within "
             f"{number(found.after.p95_mm, 3, 'mm')}; the worst place goes from {number(found.before.max_mm, 3)} to "
-            f"{number(found.after.max_mm, 3, 'mm')}."
+            f"{number(found.after.max_mm, 3, 'mm')}. {_likely(found)}"
         )
     if not summary.warnings:
         return verdict_bar("good", "Corrected.", text)
@@ -119,10 +119,21 @@ def _on_machine(summary: CompensateSummary) -> str:
     caption = (
         f"{more} Distance of the tool from the intended path while it moves along lines and arcs{_without_air(found)}, on the "
         "machine as diagnosed. "
-        f"What no cause explains ({found.rest_mm:.3f} mm) is not included."
+        f"What no cause explains ({found.rest_mm:.3f} mm) is not included. {_likely(found)}"
     )
     head = ("on the machine as diagnosed", "rms mm", "95 % mm", "worst mm")
     return section("What the tool does", table(head, rows), f'<p class="caption">{caption}</p>')
+
+
+def _likely(found: OnDiagnosedMachine) -> str:
+    """How far off the tool is with all that the diagnosis leaves open, in words."""
+    likely = found.likely
+    if likely is None:
+        return ""
+    return (
+        f"With all that the diagnosis leaves open 95 % of it is likely within {number(likely.p95_mm, 3, 'mm')}, and within "
+        f"{number(likely.p95_low_mm, 3)} to {number(likely.p95_high_mm, 3, 'mm')} on 95 of 100 such machines."
+    )
 
 
 def _without_air(found: OnDiagnosedMachine) -> str:
