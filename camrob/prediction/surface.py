@@ -183,10 +183,11 @@ def _across(surface: CutSurface, moves: Moves) -> Array:
 
 
 def _own_wall(moved: Array, reckoned: Array) -> NDArray[np.bool_]:
-    """(P,) whether a ray has met the wall that its point was on: where grooves cross, it may run on to another's, or to none, and
-    its length says nothing of the error. reckoned: (P,) m by which the causes move the wall, to first order.
+    """(P,) whether what a ray has met tells where the surface is: where grooves cross, it may run on to another's wall, or to
+    none, and its length says nothing of the error. Nearer than the causes move its own wall, to first order, it is what another
+    part of the way cuts there, as of a tool that is late and comes all the same. reckoned: (P,) m by which they move it.
     """
-    return np.asarray(np.abs(moved - reckoned) <= _CURVED * np.abs(reckoned) + _CURVED_ANYWAY)
+    return np.asarray(np.abs(moved) <= (1.0 + _CURVED) * np.abs(reckoned) + _CURVED_ANYWAY)
 
 
 def _reckoned(

@@ -173,7 +173,8 @@ def size(off: Array) -> list[float]:
 
 def held_by_band(bench: Bench, off: Array, file: Path) -> dict[str, float]:
     """How the deviation (P,) mm of a surface's points lies in the band that was predicted for the nearest points: the share
-    within it; how far predictions are off on 95 %; the middle band; and by how many bands 95 % of the points would be held.
+    within it; how far predictions are off on 95 %; the middle band; by how many bands 95 % of the points would be held; and the
+    95 % error that is expected of these points, which are those that are met, and that came out there.
     """
     with np.load(file) as z:
         tree = cKDTree(np.concatenate([z["points"], ALIKE_MM * z["normals"]], axis=1))
@@ -187,6 +188,8 @@ def held_by_band(bench: Bench, off: Array, file: Path) -> dict[str, float]:
         "off_p95_mm": float(np.quantile(wrong, 0.95)),
         "band_mm": float(np.median(own)),
         "needed": float(np.quantile(wrong / own, 0.95)),
+        "expected_p95_mm": float(np.quantile(np.abs(middle[k][met]), 0.95)),
+        "came_p95_mm": float(np.quantile(np.abs(off[met]), 0.95)),
     }
 
 
@@ -293,9 +296,11 @@ def shares(rows: list[dict[str, Any]]) -> list[str]:
         low, likely, high = np.array([r["likely"][way] for r in rows]).T
         near, nearly = (np.count_nonzero(np.abs(x / came - 1.0) <= 0.2) for x in (likely, expected))
         inside = np.count_nonzero((low <= came) & (came <= high))
+        both = [(r["band"][way]["expected_p95_mm"], r["band"][way]["came_p95_mm"]) for r in rows]
+        met = sum(abs(foretold / there - 1.0) <= 0.2 for foretold, there in both)
         lines.append(
             f"- {way}: the likely 95 % is within 20 % of what came out in {near} of {len(rows)} cells ({nearly} by what is "
-            f"expected of each point); what came out lies in the stated range in {inside}."
+            f"expected of each point, {met} on the points that are met); what came out lies in the stated range in {inside}."
         )
     held = [f"{100 * np.mean([r['within'][way] for r in rows]):.0f} %" for way in ("posted", "planned")]
     lines.append(

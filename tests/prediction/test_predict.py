@@ -286,6 +286,34 @@ def test_where_grooves_cross_no_ray_runs_on_to_another_wall() -> None:
     assert np.abs(found.deviation).max() < 0.32e-3  # no more than the push and what the ball's curvature adds
 
 
+def test_a_tool_that_is_late_leaves_the_surface_that_it_comes_to() -> None:
+    """A raster by a ball, late by 0.8 mm of way: but for the last 0.8 mm it goes the same way. Nothing of the surface is off by
+    what the causes make of a wall where the way turns.
+    """
+    rows = np.arange(4.0, 17.0, 3.0)
+    x = np.concatenate([[3.0, 17.0] if k % 2 == 0 else [17.0, 3.0] for k in range(len(rows))])
+    corners = np.stack([x, np.repeat(rows, 2), np.full(len(x), 7.0)], axis=1) * MM
+    done = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1)))
+    at = np.linspace(0.0, done[-1], 1001)
+
+    def placed(at: np.ndarray) -> np.ndarray:
+        poses = np.tile(np.eye(4), (len(at), 1, 1))
+        poses[:, :3, 3] = np.stack([np.interp(at, done, axis) for axis in corners.T], axis=1)
+        return poses
+
+    ideal, true, count = placed(at), placed(np.maximum(at - 0.8 * MM, 0.0)), len(at)
+    twist = np.zeros((count, 6))
+    twist[:, :3] = true[:, :3, 3] - ideal[:, :3, 3]
+    path = TruePath(
+        at, np.arange(count), ideal, true, (Cause("late", twist),), np.zeros((count, 6, 1)), np.full(count, 1e-6), ()
+    )
+    stock = Dexels(np.zeros(3), np.array([20, 20, 10]) * MM, 0.25 * MM)
+    found = predict_surface(stock, CuttersOfRun((Cutter(4 * MM, 4 * MM, 30 * MM),), (0.0,)), np.eye(4), path, ideal)
+    elsewhere = np.linalg.norm(found.point[:, :2] - corners[-1, :2], axis=1) > 5.5 * MM
+    assert elsewhere.sum() > 1000 and np.abs(found.shares[elsewhere, 0]).max() > 0.3 * MM
+    assert np.quantile(np.abs(found.deviation[elsewhere]), 0.999) < 0.02 * MM  # 0.69 with what is made of each wall
+
+
 @pytest.mark.parametrize("push_mm", [(0.0, 0.0, -4.0), (2.5, 2.5, -3.0), (0.0, 0.0, 6.0)])
 def test_a_machine_that_is_far_off_is_told_as_far_off_as_it_is(push_mm: tuple[float, float, float]) -> None:
     """The floor of a level raster is off by the height of a push of millimetres. What lay 2 mm and more off was left out, and
