@@ -87,7 +87,6 @@ def test_no_hook_is_left_out(tmp_path: Path, hook: str) -> None:
 
 
 GOOD = [
-    "",
     "; $BASE = $NULLFRAME",
     ";FOLD PTP HOME",
     "$OUT[3] = TRUE",

@@ -18,7 +18,6 @@ __all__ = ["doubtful_cell", "doubtful_setup"]
 _RADIANS = deg_to_rad(4.0 * np.pi)  # two turns in radians, read as degrees: no axis of an arm has so little way
 _SLOW = deg_to_rad(10.0)  # a second: the slowest axes of the heaviest arms make five times as much
 _METRES = mm_to_m(20.0)  # of way, and a second: no track is as short, or as slow
-_MOST_ACCELERATION = 100.0  # m/s2: ten times what the fastest arms reach
 _LEAST_CLEARANCE = mm_to_m(1.0)  # that somebody lifts a tool by
 _LEAST_REACH = mm_to_m(3.0)  # from the plate to a tip: what is nearer, and no zero, is in metres
 _REVERSED = -0.5  # cosine between a tool's z and the way from its tip to the plate: an angle head's is hardly below 0
@@ -26,8 +25,8 @@ _WIDE = 2.0  # m: in mm such a path were 80 wide, as most are
 
 
 def doubtful_cell(cell: Cell, setup: Setup) -> tuple[Finding, ...]:
-    """Limits in radians or metres, an acceleration in mm/s2, and more on the flange than the arm carries."""
-    return (*(f for joint in cell.joints for f in _limits(joint)), *_acceleration(cell), *_load(cell, setup))
+    """Limits in radians or metres, and more on the flange than the arm carries."""
+    return (*(f for joint in cell.joints for f in _limits(joint)), *_load(cell, setup))
 
 
 def _limits(joint: Joint) -> Iterator[Finding]:
@@ -44,14 +43,6 @@ def _limits(joint: Joint) -> Iterator[Finding]:
     if joint.speed < least_speed:
         speed = joint.to_edge(joint.speed)
         yield Finding("limit-unit", f"the speed of {joint.name}, {speed:.4g}, {hint} a second", axis=joint.name)
-
-
-def _acceleration(cell: Cell) -> Iterator[Finding]:
-    """The tool's acceleration on the controller."""
-    section = cell.controller_section
-    if section is not None and section.acc_cp > _MOST_ACCELERATION:
-        text = f"acc_cp_m_s2 = {section.acc_cp:.4g} looks like mm/s2: cell.toml gives m/s2"
-        yield Finding("acceleration-unit", text, value=section.acc_cp, unit="m/s2")
 
 
 def _load(cell: Cell, setup: Setup) -> Iterator[Finding]:

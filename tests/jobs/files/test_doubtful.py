@@ -27,7 +27,6 @@ SLIPS = {  # what is written in cell.toml, what instead of it, what is said
     "speed in radians": (r"speed_deg_s = 604", "speed_deg_s = 9.9", "speed of A6, 9.9"),
     "track in metres": (r"range_mm = \[-1500, 1500\]", "range_mm = [-1.5, 1.5]", "range of E1, -1.5 to 1.5"),
     "track's speed": (r"speed_mm_s = 1000", "speed_mm_s = 1", "speed of E1, 1, looks like metres"),
-    "acceleration": (r"acc_cp_m_s2 = 2", "acc_cp_m_s2 = 2000", "acc_cp_m_s2 = 2000 looks like mm/s2"),
     "payload": (r"payload_kg = 15", "payload_kg = 5", "'spindle and tool' of cell.toml weighs 12 kg"),
     "a short range": (r"range_deg = \[-145, 25\]", "range_deg = [-90, -70]", ""),
     "a short track": (r"range_mm = \[-1500, 1500\]", "range_mm = [-50, 50]", ""),
