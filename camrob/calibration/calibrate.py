@@ -44,12 +44,11 @@ _MOST_POSITION, _MOST_ANGLE = 0.03, 0.06  # m and rad an axis: no robot that wor
 _MOST_SHIFT, _MOST_TURN = 0.2, 0.3  # m and rad: what base and tool are off by more is no error but another frame
 _EXPLAINED = 0.2  # of what base and tool leave, a calibration is expected to leave so much
 _CLEARER = (0.1, 0.03, 0.01)  # .. or, where more parameters say more of poses left out, so little
-_AS_GOOD = (
-    1.02  # of that, where the instrument's frame is unknown: what it shares with a robot is theirs by ordinary sizes
-)
+_BETTER = 0.9  # of what fewer parameters leave there, at the most: chance makes a few percent
+# times that which parameters of ordinary size may leave where the instrument's frame is unknown: sizes part what both share
+_AS_GOOD = 1.02
 _FOLDED = 1000  # poses that it is tried with
 _GROSS, _NAMED = 4.0, 5  # times the median that a gross pose is off, and how many are named
-_BETTER = 0.9  # of what fewer parameters leave there, at the most: chance makes a few percent
 
 
 @dataclass(frozen=True, slots=True)

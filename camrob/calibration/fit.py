@@ -114,12 +114,11 @@ def fit_parameters(
         iterations += count
     spread = _spread(pairs, values)
     H, _, _ = _normal(pairs, values, free, scale, ridge.spread if ridge else spread)
-    covariance = np.linalg.inv(H + np.diag(ridge.held)) if ridge else np.linalg.inv(H)
-    if (
-        ridge
-    ):  # what remains is noise, whatever it was weighed by; a value that the poses don't tell is of ordinary size
-        noise = (spread[0] / against) ** 2
-        covariance = covariance @ (noise * H + np.diag(ridge.held)) @ covariance
+    held = np.diag(ridge.held) if ridge else np.zeros_like(H)
+    covariance = np.linalg.inv(H + held)
+    if ridge:
+        # what remains is noise, whatever it was weighed by; a value that the poses don't tell is of ordinary size
+        covariance = covariance @ ((spread[0] / against) ** 2 * H + held) @ covariance
     std = np.sqrt(np.diag(covariance))
     stds = np.full(len(values), np.nan)
     stds[free] = std * scale

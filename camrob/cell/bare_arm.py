@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.cell.load import PointMass
+from camrob.errors import InputError
 from camrob.se3 import abc_to_rotation, rotation_exp
 from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_to_m
@@ -100,19 +101,23 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
     text = file.read_bytes()[: _LARGEST + 1]
     if len(text) > _LARGEST or b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise table.fail("urdf", "is too large, or declares entities", "give a plain URDF")
-    xacro = table.fail("urdf", "is a xacro file", "expand it first: xacro FILE > robot.urdf")
     try:
         robot = ElementTree.fromstring(text)
         if _unexpanded(robot):
-            raise xacro
+            raise _xacro(table)
         return _chain(robot, table)
     except ElementTree.ParseError as error:
         if b"<xacro:" in text:  # whose prefix nobody has declared
-            raise xacro from None
+            raise _xacro(table) from None
         what = f"is no URDF: it is not well-formed XML ({str(error)[:100]})"
         raise table.fail("urdf", what, "give the file that ROS or the robot's maker calls a URDF") from None
     except ValueError as error:
         raise table.fail("urdf", f"can't be read: {str(error)[:100]}", "give a URDF that a parser takes") from None
+
+
+def _xacro(table: TableReader) -> InputError:
+    """The error to raise for a file that xacro has not been through."""
+    return table.fail("urdf", "is a xacro file", "expand it first: xacro FILE > robot.urdf")
 
 
 def _unexpanded(robot: ElementTree.Element) -> bool:

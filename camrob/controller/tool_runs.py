@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.controller.replay import Replay
 from camrob.program.motion import Blend, Motion
 from camrob.program.program_text import ProgramText
+from camrob.runs import runs_of
 
 __all__ = ["ToolRun", "tool_runs"]
 
@@ -47,11 +47,11 @@ def tool_runs(program: ProgramText, replayed: Replay) -> list[ToolRun]:
     the row behind the change.
     """
     mounted = np.asarray(replayed.mounted)
-    starts = [0, *(np.flatnonzero(np.diff(mounted)) + 1).tolist(), len(program)]
     if not replayed.others:
         return [(program, replayed.cell, np.arange(len(program)))]
     runs = []
-    for begin, stop in pairwise(starts):
+    for run in runs_of(mounted):
+        begin, stop = run.start, run.stop
         cell = replayed.cells[int(mounted[begin])]
         rows = np.arange(max(begin - 1, 0), stop)
         own: dict[str, Any] = {name: np.array(getattr(program, name)[rows]) for name in _COLUMNS}

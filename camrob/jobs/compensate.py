@@ -247,10 +247,7 @@ def _below_head(
 
 def _save_path(file: Path, run: Replay, text: ProgramText) -> None:
     """Write NAME.path.npz of the postures at the ends of a replayed program's motions."""
-    q, inv_kf = np.asarray(run.q), np.empty(len(text))
-    for k, cell in enumerate(run.cells):
-        rows = run.mounted == k
-        inv_kf[rows] = inverse_kf_many(chain_arrays(cell), np.array(q[rows]))
+    q = np.asarray(run.q)
     places = tool_poses(run, q)[:, :3, 3]
     step = np.linalg.norm(np.diff(places, axis=0), axis=1)
     save_solution(
@@ -259,7 +256,7 @@ def _save_path(file: Path, run: Replay, text: ProgramText) -> None:
         q,
         line=np.asarray(text.line),
         region=np.zeros(len(q), np.int32),
-        inv_kf=inv_kf,
+        inv_kf=inverse_kf_many(chain_arrays(run.cell), np.array(q)),
         length=np.concatenate([[0.0], np.cumsum(step)]),
     )
 

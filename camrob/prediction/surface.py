@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from camrob.cutting.way import Way
 from camrob.prediction.likely import DRAWN_POINTS, LikelySizes, likely_sizes
 from camrob.prediction.true_path import TruePath
 from camrob.progress import Share, part_of
+from camrob.runs import runs_of
 from camrob.se3 import inverse
 
 __all__ = ["CuttersOfRun", "PredictedSurface", "predict_surface", "way_of"]
@@ -142,12 +142,11 @@ def way_of(part_T_tool: Array, cutters: Sequence[Cutter], number: Ints | None = 
     number = np.zeros(len(part_T_tool), np.int64) if number is None else np.array(number)
     lone = np.flatnonzero(np.diff(number)[1:] * np.diff(number)[:-1]) + 1  # a row by itself cuts nothing
     number[lone] = number[lone - 1]
-    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), len(number)]
     ways = []
-    for begin, stop in pairwise(edges):
-        tip, axis = part_T_tool[begin:stop, :3, 3].copy(), part_T_tool[begin:stop, :3, 2].copy()
-        label = None if line is None else line[begin:stop]
-        which = int(number[begin])
+    for rows in runs_of(number):
+        tip, axis = part_T_tool[rows, :3, 3].copy(), part_T_tool[rows, :3, 2].copy()
+        label = None if line is None else line[rows]
+        which = int(number[rows.start])
         way = Way.of(tip, axis, cutters[which], tolerance=_STRAIGHT, label=label)
         moves = replace(way.moves, cutter=np.full(len(way.moves.tip), which), cutters=tuple(cutters))
         ways.append(replace(way, moves=moves))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.frozen import digest, locked
+from camrob.runs import runs_of
 from camrob.toolpath.region import Move
 
 __all__ = ["REPEATED", "SHORT_RETRACT", "TRANSIT", "ToolPathInBase", "joined_paths"]
@@ -138,8 +138,7 @@ class ToolPathInBase:
     @property
     def stretches(self) -> tuple[slice, ...]:
         """Where the stretches between tool changes lie."""
-        ends = [0, *(np.flatnonzero(np.diff(self.stretch)) + 1).tolist(), len(self)]
-        return tuple(slice(a, b) for a, b in pairwise(ends) if b > a)
+        return runs_of(self.stretch)
 
     def part(self, where: slice | NDArray[np.bool_]) -> ToolPathInBase:
         """Some of the points."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from camrob.summaries.base import Summary, left_out
 from camrob.summaries.post_summary import Manifest
+from camrob.summaries.predict_summary import LikelySize
 from camrob.summaries.remarks import Remark
 
 __all__ = [
@@ -16,7 +17,6 @@ __all__ = [
     "Corrections",
     "ErrorBetween",
     "Iterations",
-    "LikelyOff",
     "MarginsBeforeAfter",
     "NewViolation",
     "OffPathSize",
@@ -130,20 +130,6 @@ class OffPathSize(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LikelyOff(Summary):
-    """How far the tool is likely to be off, on machines that are drawn from all that a diagnosis leaves open: of the middle one,
-    and between which two 95 of 100 lie.
-    """
-
-    rms_mm: float
-    rms_low_mm: float
-    rms_high_mm: float
-    p95_mm: float
-    p95_low_mm: float
-    p95_high_mm: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class OnDiagnosedMachine(Summary):
     """The program run on the machine as diagnosed: as it was, with the chain's constants corrected, and as written.
 
@@ -162,7 +148,7 @@ class OnDiagnosedMachine(Summary):
     before: OffPathSize
     constants: OffPathSize
     after: OffPathSize
-    likely: LikelyOff | None = left_out()
+    likely: LikelySize | None = left_out()
     fastest_cut_mm_min: float | None = left_out()
 
     def steps(self) -> tuple[tuple[str, OffPathSize], ...]:

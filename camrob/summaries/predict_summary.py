@@ -37,8 +37,8 @@ class DeviationSize(Summary):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LikelySize(Summary):
-    """What the error of the surface is likely to be on a machine of which nothing more is known than was found: that of the
-    middle machine, with what 2.5 % (`low`) and 97.5 % (`high`) of the machines stay below.
+    """What an error, of surface or tool, is likely to be on a machine of which nothing more is known than was found: that
+    of the middle machine, with what 2.5 % (`low`) and 97.5 % (`high`) of the machines stay below.
     """
 
     rms_mm: float

@@ -42,7 +42,7 @@ ROWS = (
     ("se3", "frame_steps", "triples", "small_matrices", "product_grid", "summaries"),
     ("frozen", "findings", "shipped", "compiler", "toml"),
     ("errors", "compiled"),
-    ("units", "text", "progress", "compiling", "machine_code"),
+    ("units", "text", "progress", "runs", "compiling", "machine_code"),
 )
 RANK = {room: i for i, row in enumerate(ROWS) for room in row}
 

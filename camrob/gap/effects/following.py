@@ -23,23 +23,13 @@ __all__ = ["Following", "beyond_bounds", "following"]
 Array = NDArray[np.float64]
 
 _ROWS, _LOGS = 12000, 3  # of them are enough
-_SHARES = (
-    0.0,
-    0.2,
-    0.4,
-    0.6,
-    0.8,
-    1.0,
-)  # of the sum that may be delay, looked at first; then finer between the best two
+_SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the sum that may be delay, looked at first; then finer beside the best
 _FINER = 0.05
 _TURNS = 3  # in which the sum is found beside a share
 _LEAST, _MOST = 2e-4, 0.4  # s, of a sum that is worth parting
 _OF_A_ROW = 0.5  # of the time between rows: of a shorter sum, what is straight or bent between rows shows as much
 _CLEAR = 2.0  # times as many squares a lag alone has to leave
-_EXPLAINED, _PART = (
-    4.0,
-    0.01,
-)  # times the noise, or of the gap (rms), that the two together may leave: else more is at work
+_EXPLAINED, _PART = 4.0, 0.01  # times the noise, or of the gap (rms), that the two may leave: else more is at work
 _SETTLED = 5.0  # times the sum, from the start of a run, in which nobody knows what set-points were before
 _ALIKE, _SAME = 0.15, 0.0015  # share of a common delay, and s, within which an axis's own is the common one
 _MANY = 0.6  # share of the axes that move, which a common delay takes

@@ -14,9 +14,8 @@ __all__ = ["beyond_told", "most_beyond", "told_key", "under_told_load"]
 
 _TOOL = 0.5  # of the payload that is told, from which what the cell knows behind the last axis is a tool
 _LEAST_LOAD = 0.05  # kg by which a payload has to be beyond what the cell knows of
-_LOADED = (
-    " beyond "  # in a unit's key, before kg: what is known of, the most beyond that, and that of a run that tells none
-)
+# in a unit's key, before kg: what is known of, the most beyond that, and that of a run that tells none
+_LOADED = " beyond "
 
 
 def told_key(scenes: Sequence[Scene]) -> str:

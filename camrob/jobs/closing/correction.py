@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,15 +15,16 @@ from camrob.calibration.calibration import Calibration
 from camrob.calibration.compensate import Compensated
 from camrob.cell.cell import Cell
 from camrob.controller.judge import judge
-from camrob.controller.programmed_path import programmed_path
+from camrob.controller.programmed_path import ProgrammedPath, programmed_path
 from camrob.controller.replay import Replay, replay
 from camrob.errors import InputError, ProgramError, SingularError, UnreachableError
 from camrob.findings import Finding, first_error
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
-from camrob.jobs.closing.off_way import OffWay, likely_off, off_path_size
+from camrob.jobs.closing.off_way import OffWay, off_path_size
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.jobs.closing.tool_chains import ToolChains
+from camrob.jobs.predicting.predicted_figures import likely_of
 from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -78,6 +80,11 @@ class Correction:
         self.off_path, self.more = OffWay(np.zeros(0), np.zeros(0), np.zeros(0, np.int64)), False
         self.best: MachineRun | None = None
 
+    @cached_property
+    def intended(self) -> ProgrammedPath:
+        """The way that the program asks for."""
+        return programmed_path(self.text, self.planned)
+
     def tell(self, stage: str) -> Share:
         """What one stage tells."""
         return stage_of(self.progress, stage)
@@ -111,7 +118,7 @@ class Correction:
 
         Returns how far it is off with the chain's constants corrected; what stays is `off_path`.
         """
-        intended = programmed_path(self.text, self.planned)
+        intended = self.intended
         report = self.tell("run on the machine as diagnosed")
 
         def run(turn: int) -> tuple[MachineRun, OffWay]:
@@ -151,7 +158,7 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         )
     _demand_cuts(known, made.text)
     as_it_was = known.run(made.text, progress=made.tell("run as it is on the machine as diagnosed"))
-    before = as_it_was.off_path(programmed_path(made.text, made.planned))
+    before = as_it_was.off_path(made.intended)
     constants, added = made.meet_on(known), dict[str, tuple[int, ...]]()
     places = places_to_add(as_it_was, made.language, made.source.parent)
     if places:
@@ -177,9 +184,7 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         before=off_path_size(before),
         constants=off_path_size(constants),
         after=off_path_size(made.off_path),
-        likely=None
-        if made.best is None
-        else likely_off(made.best.likely_off(programmed_path(made.text, made.planned))),
+        likely=None if made.best is None else likely_of(made.best.likely_off(made.intended)),
     )
     return made
 

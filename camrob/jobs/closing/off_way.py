@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.prediction.likely import LikelySizes
-from camrob.summaries.compensate_summary import LikelyOff, OffPathSize
+from camrob.summaries.compensate_summary import OffPathSize
 from camrob.units import m_to_mm
 
-__all__ = ["OffWay", "likely_off", "off_path_size"]
+__all__ = ["OffWay", "off_path_size"]
 
 Array = NDArray[np.float64]
 
@@ -52,12 +51,4 @@ def off_path_size(found: OffWay) -> OffPathSize:
         rms_mm=m_to_mm(float(np.sqrt(found.mean_square()))),
         p95_mm=m_to_mm(found.within(0.95)),
         max_mm=m_to_mm(found.worst()),
-    )
-
-
-def likely_off(sizes: LikelySizes) -> LikelyOff:
-    """The figures of machines that are drawn."""
-    (rms_low, rms, rms_high), (p95_low, p95, p95_high) = (m_to_mm(v).tolist() for v in sizes)
-    return LikelyOff(
-        rms_mm=rms, rms_low_mm=rms_low, rms_high_mm=rms_high, p95_mm=p95, p95_low_mm=p95_low, p95_high_mm=p95_high
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from camrob.jobs.files.mounting import tool_for
 from camrob.jobs.predicting.removal import cutter_for
 from camrob.measurement.log import MeasurementLog
 from camrob.program.program_text import ProgramText
+from camrob.runs import runs_of
 
 __all__ = ["ProgramTools", "by_tool", "mounted_in"]
 
@@ -53,7 +53,6 @@ def mounted_in(program: ProgramText, machine: Cell, setup: Setup) -> tuple[Progr
 
 def by_tool(run: MeasurementLog, number: NDArray[np.int64]) -> Iterator[tuple[int, MeasurementLog]]:
     """The stretches of a run between two changes of tools, whose numbers its rows (N,) have."""
-    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), len(number)]
-    for begin, stop in pairwise(edges):
-        columns = {name: np.asarray(values)[begin:stop] for name, values in run.columns.items()}
-        yield int(number[begin]), MeasurementLog(columns, run.info)
+    for rows in runs_of(number):
+        columns = {name: np.asarray(values)[rows] for name, values in run.columns.items()}
+        yield int(number[rows.start]), MeasurementLog(columns, run.info)

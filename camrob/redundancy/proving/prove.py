@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +23,7 @@ from camrob.redundancy.planning.course import relaxed
 from camrob.redundancy.proving.plan_certificate import write_certificate
 from camrob.redundancy.proving.statement import Statement, price_of, statement_of, worth_telling_apart
 from camrob.redundancy.proving.whole_plan import Told, leaning, prove_plan
+from camrob.runs import runs_of
 
 __all__ = ["Piece", "PriceProof", "prove_prices"]
 
@@ -105,5 +105,4 @@ def prove_prices(
 def _runs(leans: NDArray[np.bool_]) -> list[tuple[int, int, bool]]:
     """From where to where the tool leans (W,), and where it doesn't."""
     wide = np.convolve(leans, np.ones(2 * _AROUND + 1), mode="full")[_AROUND : _AROUND + len(leans)] > 0
-    edges = [0, *(np.flatnonzero(np.diff(wide)) + 1).tolist(), len(wide)]
-    return [(a, b, bool(wide[a])) for a, b in pairwise(edges)]
+    return [(run.start, run.stop, bool(wide[run.start])) for run in runs_of(wide)]

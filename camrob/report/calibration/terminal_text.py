@@ -11,7 +11,8 @@ from rich.text import Text
 from camrob.report.terminal.tables import columns
 from camrob.report.words import shown_text
 from camrob.summaries.calibration_summary import CalibrationSummary, PublishedFigure
-from camrob.summaries.compensate_summary import CompensateSummary, LikelyOff, OnDiagnosedMachine
+from camrob.summaries.compensate_summary import CompensateSummary, OnDiagnosedMachine
+from camrob.summaries.predict_summary import LikelySize
 from camrob.summaries.remarks import Remark
 
 __all__ = ["render_calibration", "render_compensation"]
@@ -134,7 +135,7 @@ def _on_machine(found: OnDiagnosedMachine | None) -> list[RenderableType]:
     return [Text(), grid, *said, shown_text(more)]
 
 
-def _likely(found: LikelyOff) -> str:
+def _likely(found: LikelySize) -> str:
     """How far off the tool is with all that the diagnosis leaves open."""
     between = f"{found.p95_low_mm:.3f} to {found.p95_high_mm:.3f}"
     return f"as written, with all that the diagnosis leaves open: 95 % likely within {found.p95_mm:.3f} mm ({between})"

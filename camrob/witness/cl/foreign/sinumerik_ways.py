@@ -38,8 +38,12 @@ class OwnWays(ForeignReader, ABC):
 
     def _at_plane(self, plane: str) -> complex:
         """Where the tool is in the plane, in the program's unit and frame; NaN where it isn't known."""
-        at = [float(v) / self._scale for v in self._stand.named(self._stand.at)]
-        return complex(*(at["XYZ".index(axis)] for axis in axes_of(plane)[:2]))
+        at = self._now()
+        return complex(*(at[axis] for axis in axes_of(plane)[:2]))
+
+    def _now(self) -> dict[str, float]:
+        """Where the tool is, by axis, in the program's unit and frame; NaN where it isn't known."""
+        return {axis: float(v) / self._scale for axis, v in zip("XYZ", self._stand.named(self._stand.at), strict=True)}
 
     def _went(self, words: list[str], here: complex, *, sure: bool) -> None:
         """Take note of the way in which a motion of these words has ended."""
@@ -65,17 +69,15 @@ class OwnWays(ForeignReader, ABC):
         ways = [word[1:] for word in words if word in WAYS] or [self._motion]
         named = {word[0]: float(word[1:]) for word in words if word[0] in "XYZIJK"}
         here, steps = self._at_plane(self._plane), not self._absolute
-        level = float(self._stand.named(self._stand.at)["XYZ".index(axes_of(self._plane)[2])]) / self._scale
+        at, across = self._now(), axes_of(self._plane)[2]
         for letter, how in hows.items():
-            at = dict(zip("XYZ", self._stand.named(self._stand.at) / self._scale, strict=True))
             if steps or letter not in "XYZIJK" or how not in ("IC", "AC"):
                 raise UnreadError(f"{letter}={how} beside a place of Siemens' own kind")
             if letter in "XYZ" and how == "IC":
-                named[letter] += float(at[letter])
+                named[letter] += at[letter]
             elif letter in "IJK" and how == "AC":
-                named[letter] -= float(at["XYZ"["IJK".index(letter)]])
-        way, ends = self._places.ends(ways[-1], own, named, here, self._plane, level, steps=steps)
-        across = axes_of(self._plane)[2]
+                named[letter] -= at["XYZ"["IJK".index(letter)]]
+        way, ends = self._places.ends(ways[-1], own, named, here, self._plane, at[across], steps=steps)
         kept = [word for word in words if word not in WAYS and word[0] not in "XYZIJK"]
         kept += [f"{across}{named[across]:.9f}"] if across in named else []
         return [f"G{way}", *kept, *(f"{letter}{value:.9f}" for letter, value in ends.items())]
