@@ -26,6 +26,7 @@ from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.by_stage import STAGES, StageGaps, lacking, stage_gaps
 from camrob.gap.locate.corners import judge_corners, with_corners
 from camrob.gap.locate.load_from_drives import load_from_drives
+from camrob.gap.locate.local_place import with_local_poses
 from camrob.gap.locate.localise import (
     FURTHER,
     Segment,
@@ -137,7 +138,7 @@ def diagnose(
     said = _said(
         cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late, moved=own is not None
     )
-    summary = with_corners(said, corners)
+    summary = with_local_poses(with_corners(said, corners), scenes)
     tell("done", 1.0)
     return Diagnosis(
         summary,

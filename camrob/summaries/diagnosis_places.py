@@ -17,6 +17,7 @@ __all__ = [
     "DriveError",
     "ErrorPattern",
     "LoadByAxis",
+    "LocalPoses",
     "LostTime",
     "OneTurn",
     "OneWay",
@@ -270,11 +271,40 @@ class AddedLoad(OpenSummary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LocalPoses(OpenSummary):
+    """Poses that are off by far more than all others, and share a place: they take no part. axis: of whose values all lie between
+    `low` and `high` (in `unit`), or "" where they share a box of the room (x, y, z in mm of the measured frame).
+
+    poses: how many of the log's `of`; rms_mm, worst_mm: how far they are off beside what constants explain.
+    """
+
+    log: str
+    poses: int
+    of: int
+    axis: str
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    unit: str
+    rms_mm: float
+    worst_mm: float
+
+    @property
+    def place(self) -> str:
+        """In words: "A1 between −49 and −12 degrees", or the box of the room."""
+        low, high = ([f"{v:.0f}".replace("-", "−") for v in values] for values in (self.low, self.high))
+        if self.axis:
+            return f"{self.axis} between {low[0]} and {high[0]} {self.unit}"
+        sides = (f"{n} {a} to {b}" for n, a, b in zip("xyz", low, high, strict=True))
+        return f"the tool at {', '.join(sides)} mm"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Places(OpenSummary):
     """Where the gap lies, with intervals of 90 %.
 
     stages: mm rms that each step from program to set-point, encoder and TCP adds, None where a log lacks it. axes, regimes: the
-    share of the gap's energy that each would explain alone. program_left_mm: what the rounding of corners leaves.
+    share of the gap's energy that each would explain alone. program_left_mm: what the rounding of corners leaves. local: poses
+    that are far off and share a place.
     """
 
     stages: Mapping[str, float | None] = keyed("rungs")
@@ -292,6 +322,7 @@ class Places(OpenSummary):
     further_regimes: Mapping[str, float]
     program_left_mm: float | None = left_out()
     timing: tuple[RunTiming, ...]
+    local: tuple[LocalPoses, ...] = left_out(())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

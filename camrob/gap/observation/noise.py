@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from camrob.errors import LogError
 from camrob.gap.observation.few_decimals import rounding_of_drives
+from camrob.gap.observation.local_rows import LocalRows, local_rows
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.signals import robust_sigma
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["Noise", "find_outliers", "noise_left", "noise_of", "plain_gap"]
+__all__ = ["Noise", "find_outliers", "local_of", "noise_left", "noise_of", "plain_gap"]
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,7 @@ _OUTLIER = 7.0  # sigmas from the median of the neighbours
 _POSES_A_CONSTANT = 2.0  # coordinates to a constant of the chain, for gross poses to be found
 _SAME = deg_to_rad(0.05)  # and m / 1000: postures that differ by less are one
 _WIDE = mm_to_m(5.0)  # that a constant may move the tool by
+_LOCAL = ("local rows",)
 _ROBUST_TURNS, _TUKEY, _GROSS = 12, 6.0, 8.0  # times the median of what is left: no weight; a gross pose
 
 
@@ -138,6 +140,13 @@ def plain_gap(scene: Scene) -> Array:
     return np.asarray(scene.found[key])
 
 
+def local_of(scene: Scene) -> LocalRows | None:
+    """What of the poses that take no part shares a place, and is no gross reading; None for nothing, and of a path."""
+    if _LOCAL not in scene.found:
+        find_outliers(scene, noise_of(scene))
+    return scene.found.get(_LOCAL)
+
+
 def _gross_poses(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
     """(N,) True for single poses that no constant error of the chain explains, as it explains the others.
 
@@ -164,4 +173,6 @@ def _gross_poses(scene: Scene, noise: Noise) -> NDArray[np.bool_]:
         b = np.concatenate([(gap * weight[:, None]).ravel(), np.zeros(len(size))])
         left = gap - X @ (np.linalg.lstsq(A, b, rcond=_RANK)[0] / size)
     off = np.linalg.norm(left, axis=1)
-    return np.asarray(off > _GROSS * max(float(np.median(off[once])), float(noise.rms)))
+    far = np.asarray(off > _GROSS * max(float(np.median(off[once])), float(noise.rms)))
+    scene.found[_LOCAL] = local_rows(scene, far, off)
+    return far

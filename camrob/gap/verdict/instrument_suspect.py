@@ -10,6 +10,7 @@ from camrob.gap.effects.common import PPM
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import Model
 from camrob.gap.observation.few_decimals import rounding_of
+from camrob.gap.observation.noise import local_of
 from camrob.gap.verdict.belief import BELIEF
 from camrob.summaries.diagnosis_summary import EffectFound, GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
@@ -75,8 +76,10 @@ def _coarse(model: Model, stays: float) -> list[str]:
 
 
 def _gross(panel: Panel) -> GrossRows:
-    """The rows of a log that stand far from all others and take no part."""
-    rows = np.flatnonzero((panel.w_tcp[:, :3] == 0.0).any(axis=1) & panel.scene.seen[:, 0])
+    """The rows of a log that stand far from all others and take no part, and share no place."""
+    shared = local_of(panel.scene) if panel.scene.poses else None
+    alone = True if shared is None else ~shared.rows
+    rows = np.flatnonzero((panel.w_tcp[:, :3] == 0.0).any(axis=1) & panel.scene.seen[:, 0] & alone)
     size = np.linalg.norm(panel.scene.tcp_gap[rows, :3], axis=1)
     return GrossRows(
         log=panel.scene.name,

@@ -31,12 +31,13 @@ _ALL_ALIKE = "all axes alike"
 _LONG = 160  # letters that a step may have
 _NO_DEED = "nothing to adjust"  # how a remedy begins that is none
 _UNKNOWN = "unknown"
+_NAMELESS = "Something that has no name here: "
 _TRIFLE = 0.2  # of what the largest cause moves the tool by
 
 
 def head_lines(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     """Up to three lines, each with its heading: what, where, what to do first."""
-    lines = [("What", _what(summary)), ("Where", _where(summary)), ("Do first", _first(summary))]
+    lines = [("What", _with_local(summary)), ("Where", _where(summary)), ("Do first", _first(summary))]
     return [(name, printable(text)) for name, text in lines if text]
 
 
@@ -52,7 +53,7 @@ def _inside(summary: DiagnosisSummary) -> list[EffectFound]:
 
 def _what(summary: DiagnosisSummary) -> str:
     """The cause and how sure, the gap before and after, what stays, and what is hard to believe."""
-    if summary.status == "no gap":
+    if summary.status == "no gap" or (summary.where.local and not summary.claimed and _all_sound(summary)):
         size = f"{mm(summary.gap.rms_mm)} rms, the noise {mm(summary.gap.noise_mm)}"
         within = "what the log tolerates" if "tolerance" in summary.within.values() else "its noise"
         return f"No gap: all that was logged is within {within} ({size})."
@@ -66,6 +67,21 @@ def _what(summary: DiagnosisSummary) -> str:
     if summary.unknown.probability >= _LIKELY:
         text += f"; {mm(summary.unknown.rms_mm)} stay that have no known cause"
     return f"{text}.{_doubts(inside, summary)}"
+
+
+def _all_sound(summary: DiagnosisSummary) -> bool:
+    return all(found in _SOUND for found in summary.within.values())
+
+
+def _with_local(summary: DiagnosisSummary) -> str:
+    """What it is; poses that are far off and share a place come first."""
+    if not summary.where.local:
+        return _what(summary)
+    one = summary.where.local[0]
+    return (
+        f"{one.poses} of {one.of} poses are off by up to {mm(one.worst_mm)} ({mm(one.rms_mm)} rms), all with {one.place}, where "
+        f"hardly any other is: that has no name here. Beside these: {_what(summary).removeprefix(_NAMELESS)}"
+    )
 
 
 def _on(summary: DiagnosisSummary) -> str:
@@ -97,7 +113,7 @@ def _nothing_claimed(summary: DiagnosisSummary, first: Sequence[EffectFound]) ->
     likely = [e for e in summary.effects if e.probability >= _RIVAL and not only_first(e) and not e.implausible]
     nothing = sum(a.probability for a in summary.alternatives if not a.effects)
     if not likely or (nothing >= _LIKELY and summary.unknown.probability >= _LIKELY):
-        return f"Something that has no name here: {size}.{_impossible(summary)}"
+        return f"{_NAMELESS}{size}.{_impossible(summary)}"
     names = ", ".join(f"{plain_name(e.effect)} ({sure(e.probability)})" for e in likely[:_MOST])
     if sum(e.probability for e in likely) < _LIKELY <= summary.unknown.probability:
         return f"Most likely something that has no name here, else {names}: {size}.{_impossible(summary)}"
