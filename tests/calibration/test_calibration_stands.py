@@ -104,6 +104,7 @@ def test_a_log_says_it_in_its_toml(said: str, tmp_path: Path) -> None:
     assert (data.same_frame_as, data.same_target_as) == (said, said)
 
 
+@pytest.mark.slow
 def test_base_and_tool_alone_have_one_frame_too_where_the_logs_say_so() -> None:
     """The second reflector's readings are 3 mm off every other time; what is shared is fitted once, and leaves no less."""
     first, second = target(0, 20), target(1, 20)

@@ -43,6 +43,7 @@ def test_columns_at_right_angles_enter_by_size() -> None:
     assert entering(np.eye(5), b, 3) == [1, 3, 2]
 
 
+@pytest.mark.slow
 def test_along_the_path_active_columns_stay_equally_near_what_is_left() -> None:
     """Against the lasso's own conditions: with the penalty at which the path stands, a solver of another kind keeps the same."""
     rng = np.random.default_rng(4)

@@ -85,6 +85,7 @@ def test_a_plan_is_advice_where_one_was_made_and_serves(tmp_path: Path) -> None:
     assert posted(tmp_path / "planned", where, cell, "planned").summary.method == "planned"
 
 
+@pytest.mark.slow
 def test_a_plan_that_finds_no_way_either_is_no_advice(tmp_path: Path) -> None:
     """From below, where the follower runs into a limit."""
     with pytest.raises(camrob.LimitError, match="nor does --method planned, which chooses E2, E1, roll"):
@@ -96,6 +97,7 @@ def test_a_part_that_no_shift_brings_into_reach_is_reported_so(tmp_path: Path) -
         posted(tmp_path / "far", "[0, 0, 2600, 0, 0, 0]")
 
 
+@pytest.mark.slow
 def test_a_file_read_in_inches_that_is_in_millimetres(tmp_path: Path) -> None:
     """No place of the part helps: the refusal doubts the units."""
     (tmp_path / "part.cls").write_text(CL)

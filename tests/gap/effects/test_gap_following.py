@@ -61,6 +61,7 @@ def log(u, y, rate: float, friction: float = 0.0) -> MeasurementLog:
     return MeasurementLog({n: v[::every] for n, v in columns.items()}, info, Path("drives.csv"))
 
 
+@pytest.mark.slow(after=10)
 @pytest.mark.parametrize("rate", [100.0, 250.0, 500.0, 1000.0])
 @pytest.mark.parametrize("tau", [0.003, 0.006, 0.0125, 0.03, 0.06])
 def test_a_lag_is_as_long_as_it_is_at_any_rate_of_the_log(tau: float, rate: float) -> None:
@@ -71,6 +72,7 @@ def test_a_lag_is_as_long_as_it_is_at_any_rate_of_the_log(tau: float, rate: floa
     assert found.sum == pytest.approx(tau, rel=0.01, abs=1e-4)
 
 
+@pytest.mark.slow(after=6)
 @pytest.mark.parametrize(("cycle", "friction"), [(TICK, 0.0), (0.004, 0.0), (TICK, np.deg2rad(0.004))])
 @pytest.mark.parametrize(("tau", "delay"), [(0.006, 0.012), (0.03, 0.012), (0.02, 0.008), (0.006, 0.03)])
 def test_a_delay_of_all_is_told_from_a_lag_where_axes_speed_up(

@@ -78,6 +78,7 @@ def test_its_rapids_are_no_cuts(posted: Path) -> None:
     assert np.array_equal(machine.cuts(text), np.isclose(speed, FEED))
 
 
+@pytest.mark.slow
 def test_a_force_that_bends_nothing_is_said(posted: Path, tmp_path: Path) -> None:
     """The calibration has no compliance; a tool that yields 1 um a newton is 60 um off across the feed, which is taken off."""
     fitted, force = posted.parents[1] / "CALIBRATION.toml", tmp_path / "force.toml"

@@ -125,6 +125,7 @@ class Looks:
         return 1e9 if self.count <= self.most else 0.0
 
 
+@pytest.mark.slow
 def test_a_level_that_there_is_no_time_for_keeps_what_the_one_before_says_and_is_proved_again(tmp_path, monkeypatch):
     monkeypatch.setattr(bins_in_time, "_AT_ONCE", 2)
     w = waypoints(short_path(), 0.02)

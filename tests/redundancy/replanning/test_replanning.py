@@ -184,6 +184,7 @@ def test_within_a_time_a_plan_is_made_fit_first_and_bettered_in_what_is_left(
     assert timed.plan.gap < whole.plan.gap + 0.005
 
 
+@pytest.mark.slow
 def test_a_hurried_plan_that_is_worse_than_the_published_method_says_so(
     free: tuple[ToolPathInBase, Solution], monkeypatch: pytest.MonkeyPatch
 ) -> None:
