@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from camrob.controller.interpolate import ARC, PTP
 from camrob.controller.layout import REACH, Layout, lay_out
 from camrob.controller.motion_settings import motion_settings
-from camrob.controller.replay import Replay
+from camrob.controller.replay import Replay, replay
+from camrob.controller.tool_runs import tool_runs
 from camrob.frozen import locked
 from camrob.kinematics.frames import base_T_tool, seen_by_program
 from camrob.program.program_text import ProgramText
@@ -41,12 +42,14 @@ class ProgrammedPath:
 
 
 def programmed_path(program: ProgramText, replayed: Replay, *, distance: float | None = None) -> ProgrammedPath:
-    """The tool's path.
+    """The tool's path. Where the tool is changed it goes straight from the old tip to the new one.
 
     distance: m of rounding off, throughout instead of the program's own; 0 for no rounding of any kind. Raises UnreachableError
     where the replay could not follow the program, and ProgramError for settings that no controller takes.
     """
     replayed.demand_followed()
+    if replayed.others:
+        return _joined(program, replayed, distance)
     settings = motion_settings(program, replayed.cell)
     if distance is not None:
         settings = replace(settings, distance=np.full(len(program), distance))
@@ -54,6 +57,18 @@ def programmed_path(program: ProgramText, replayed: Replay, *, distance: float |
     reach = np.zeros_like(layout.reach) if distance == 0.0 else np.asarray(layout.reach)
     points, motion = _points(layout, reach, replayed)
     return ProgrammedPath(points, layout.row[motion + 1], int(np.sum(reach > 0.0)), layout.in_world)
+
+
+def _joined(program: ProgramText, replayed: Replay, distance: float | None) -> ProgrammedPath:
+    """The paths of all tools one behind another."""
+    points, motion, corners, in_world = [], [], 0, False
+    for text, cell, rows in tool_runs(program, replayed):
+        path = programmed_path(text, replay(text, cell), distance=distance)
+        points.append(path.points)
+        motion.append(rows[path.motion])
+        corners += path.corners
+        in_world = path.in_world
+    return ProgrammedPath(np.concatenate(points), np.concatenate(motion), corners, in_world)
 
 
 def _points(layout: Layout, reach: Array, replayed: Replay) -> tuple[Array, NDArray[np.int64]]:

@@ -34,7 +34,7 @@ from camrob.jobs.predicting.predicted_figures import (
     regions_of,
     size_of,
 )
-from camrob.jobs.predicting.program_tools import ProgramTools, by_tool, mounted_in
+from camrob.jobs.predicting.program_tools import ProgramTools, by_tool, demand_one_tool, mounted_in
 from camrob.jobs.predicting.removal import removed, setup_for, stock_of
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
@@ -201,10 +201,10 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
 
 def _force(asked: _Asked, tools: ProgramTools) -> CuttingForce | None:
     """What pushes on the program's tool. Raises InputError where it has several."""
-    if asked.force is not None and len(tools.cells) > 1:
-        what = f"says what pushes on one tool, and {asked.program.name} sets {len(tools.cells)}"
-        raise InputError(what, hint="leave --force out, or give programs of one tool each", path=asked.force)
-    return None if asked.force is None else read_force(asked.force)
+    if asked.force is None:
+        return None
+    demand_one_tool(asked.force, asked.program, len(tools.cells))
+    return read_force(asked.force)
 
 
 def _area(

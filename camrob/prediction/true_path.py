@@ -146,7 +146,6 @@ def joined_paths(paths: Sequence[TruePath]) -> TruePath:
     if len(paths) == 1:
         return paths[0]
     drawn = [p.together for p in paths if p.together is not None]
-    most = max((d.shape[1] for d in drawn), default=0)
     return replace(
         paths[0],
         t=np.concatenate([p.t for p in paths]),
@@ -156,11 +155,17 @@ def joined_paths(paths: Sequence[TruePath]) -> TruePath:
         causes=tuple(
             Cause(c.name, np.concatenate([p.causes[k].twist for p in paths])) for k, c in enumerate(paths[0].causes)
         ),
-        spread=np.concatenate([p.spread for p in paths]),
+        spread=_below([p.spread for p in paths]),  # a side that is not known yet is one thing more on some of them
         rest=np.concatenate([p.rest for p in paths]),
         not_reckoned=tuple(dict.fromkeys(name for p in paths for name in p.not_reckoned)),
-        together=np.concatenate([np.pad(d, ((0, 0), (0, most - d.shape[1]))) for d in drawn]) if drawn else None,
+        together=_below(drawn) if drawn else None,
     )
+
+
+def _below(parts: Sequence[Array]) -> Array:
+    """Arrays (N, ..., K) of different K, one below another, zeros where one has fewer columns."""
+    most = max(p.shape[-1] for p in parts)
+    return np.concatenate([np.pad(p, (*[(0, 0)] * (p.ndim - 1), (0, most - p.shape[-1]))) for p in parts])
 
 
 def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Array, drawn: bool) -> TruePath:

@@ -15,7 +15,7 @@ import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
 from camrob.cell.read_cell import frame_of, read_cell
 from camrob.controller.replay import replay
-from camrob.errors import CamrobError, JobError, ProgramError, SetupError, VerificationError
+from camrob.errors import CamrobError, InputError, JobError, ProgramError, SetupError, VerificationError
 from camrob.jobs.compensate import compensate
 from camrob.jobs.place import place
 from camrob.jobs.post import PostResult
@@ -316,7 +316,7 @@ def test_the_run_on_the_ideal_controller_is_one_log_with_each_tool_at_its_time(
 
 
 def test_each_tool_is_compensated_with_its_own_lever(made: PostResult, tmp_path: Path) -> None:
-    """An arm whose A2 stands 1 mrad on meets each tool's targets, by Pinocchio with that angle; a diagnosis is refused, truly."""
+    """An arm whose A2 stands 1 mrad on meets each tool's targets, by Pinocchio with that angle; a force is of one tool."""
     folder, program = cell_with(tmp_path, POSE), made.out / "part.src"
     cell, text = read_cell(folder), read_program(program)
     fitted = calibration(tmp_path / "fitted.toml", {"A2.zero": 1e-3, "tool.x": 1e-9})
@@ -333,5 +333,5 @@ def test_each_tool_is_compensated_with_its_own_lever(made: PostResult, tmp_path:
     assert result.summary.error_before.max_mm > 0.5 and result.summary.error_after.max_mm < 2e-3
     assert "tool-of-one" in {w.code for w in result.summary.warnings}
     (tmp_path / "FORCE.toml").write_text("[mean]\nalong_n = 50\nacross_n = 0\naxial_n = 0\n")
-    with pytest.raises(ProgramError, match="run on the machine as diagnosed with one; give the calibration alone"):
+    with pytest.raises(InputError, match="pushes on one tool, and part"):
         compensate(program, cell=folder, calibration=fitted, force=tmp_path / "FORCE.toml", out=tmp_path / "no")

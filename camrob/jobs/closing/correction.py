@@ -17,7 +17,7 @@ from camrob.cell.cell import Cell
 from camrob.controller.judge import judge
 from camrob.controller.programmed_path import ProgrammedPath, programmed_path
 from camrob.controller.replay import Replay, replay
-from camrob.errors import InputError, ProgramError, SingularError, UnreachableError
+from camrob.errors import InputError, SingularError, UnreachableError
 from camrob.findings import Finding, first_error
 from camrob.jobs.closing.added_targets import lines_added, meant_rows, places_to_add, with_targets_added
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, MachineRun, shifted
@@ -25,6 +25,7 @@ from camrob.jobs.closing.off_way import OffWay, off_path_size
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.jobs.closing.tool_chains import ToolChains
 from camrob.jobs.predicting.predicted_figures import likely_of
+from camrob.jobs.predicting.program_tools import demand_one_tool
 from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -43,6 +44,7 @@ _FARTHER = (
     1e-5  # m rms by which a motion that is farther off than before is told: less than half of what any arm repeats to
 )
 _PRINTED = 1e-3  # degrees: rounding of what is printed, and well below what anybody would teach
+_OF_ONE = "holds the tool's own frame, as of the one that was measured: it is taken for all of them"
 _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
 
 
@@ -68,14 +70,13 @@ class Correction:
         self.planned = replay(text, machine, progress=self.tell("replay"))
         self.judged = judge(text, self.planned)
         _followed(self.planned)
-        self.chains = ToolChains.of(found, self.planned)
+        self.chains = ToolChains.of(found, self.planned.cells, self.planned.mounted)
         self.q = _postures(text, self.planned)
         self.targets = np.asarray(self.planned.base_T_tool)
         self.kept = _stated(text, machine)
         self.result, self.left = self._compensated(self.targets)
         if self.planned.others and self.chains.moves_tool:
-            what = "the calibration holds the tool's own frame, as of the one that was measured: it is taken for all of them"
-            self.left.append(Finding("tool-of-one", what))
+            self.left.append(Finding("tool-of-one", f"the calibration {_OF_ONE}"))
         self.on_machine: OnDiagnosedMachine | None = None
         self.off_path, self.more = OffWay(np.zeros(0), np.zeros(0), np.zeros(0, np.int64)), False
         self.best: MachineRun | None = None
@@ -147,15 +148,12 @@ def _worth(off: OffWay, best: OffWay) -> bool:
 def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> Correction:
     """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path.
 
-    Raises ProgramError for a program of several tools, which is met by its constants alone.
+    Raises InputError where a force, which is of one tool, is to push on several.
     """
-    if made.planned.others:
-        hint = "give the calibration alone, or programs of one tool each"
-        raise ProgramError(
-            "sets more than one tool frame, and is run on the machine as diagnosed with one",
-            hint=hint,
-            path=made.source,
-        )
+    if known.force is not None:
+        demand_one_tool(known.force.path, made.source, len(made.planned.cells))
+    if made.planned.others and made.found is None and known.claims_tool():
+        made.left.append(Finding("tool-of-one", f"the diagnosis {_OF_ONE}"))
     _demand_cuts(known, made.text)
     as_it_was = known.run(made.text, progress=made.tell("run as it is on the machine as diagnosed"))
     before = as_it_was.off_path(made.intended)
@@ -251,7 +249,7 @@ def _postures(text: ProgramText, planned: Replay) -> Array:
     if len(via):
         half_way = 0.5 * (q[np.maximum(via - 1, 0)] + q[via + 1])
         targets = np.asarray(planned.base_T_tool)[via]
-        q[via] = ToolChains.of(None, planned).at(via).met(half_way, targets, farthest=np.pi).q
+        q[via] = ToolChains.of(None, planned.cells, planned.mounted).at(via).met(half_way, targets, farthest=np.pi).q
     return q
 
 

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.calibration import Calibration, calibrated_chain
+from camrob.calibration.calibration import Calibration
 from camrob.calibration.compensate import pose_difference
 from camrob.cell.cell import Cell
 from camrob.controller.programmed_path import ProgrammedPath
-from camrob.controller.replay import program_cell
+from camrob.controller.replay import program_cells
 from camrob.controller.simulate import simulate
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.program_track import nearest_on_path
 from camrob.jobs.closing.off_way import OffWay
 from camrob.jobs.closing.run_way import RunWay, arcs_of
+from camrob.jobs.closing.tool_chains import ToolChains
 from camrob.jobs.predicting.removal import Removal
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -25,10 +28,11 @@ from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
 from camrob.prediction.likely import LikelySizes, likely_distances
 from camrob.prediction.speed_errors import SLOWLY, beside_way, causes_of_speed, twist_of
-from camrob.prediction.true_path import TruePath, true_path, unit_name
+from camrob.prediction.true_path import TruePath, claimed_constants, joined_paths, true_path, unit_name
 from camrob.program.motion import AT_SPEED, Motion
 from camrob.program.program_text import ProgramText
 from camrob.progress import Share
+from camrob.runs import runs_of
 from camrob.se3 import rotation_exp
 
 __all__ = ["DiagnosedMachine", "MachineRun", "cuts_of", "shifted"]
@@ -63,45 +67,60 @@ class DiagnosedMachine:
 
     def run(self, program: ProgramText, *, progress: Share | None = None) -> MachineRun:
         """Run a program. Raises as `simulate`, and InputError where calibration and diagnosis don't belong together."""
-        tooled = program_cell(program, self.cell)[0]
+        cells, mounted, _ = program_cells(program, self.cell)
         ran = simulate(program, self.cell, cycle=_CYCLE, progress=progress)
-        area = None if self.removal is None else self.removal(ran.log, tooled)
-        path = self.path(ran.log, tooled, program, np.asarray(ran.motion), area)
-        return MachineRun(self, program, tooled, ran.log, np.asarray(ran.motion), path, area)
+        motion = np.asarray(ran.motion)
+        chains = ToolChains.of(self.constants, cells, mounted[motion])
+        area = None if self.removal is None else self.removal(ran.log, cells[0])
+        path = self.path(ran.log, cells, chains.mounted, self.cuts(program)[motion], area)
+        return MachineRun(self, program, cells, chains, ran.log, motion, path, area)
 
     def path(
-        self, log: MeasurementLog, cell: Cell, program: ProgramText, motion: NDArray[np.int64], area: Array | None
+        self,
+        log: MeasurementLog,
+        cells: Sequence[Cell],
+        mounted: NDArray[np.int64],
+        cuts: NDArray[np.bool_],
+        area: Array | None,
     ) -> TruePath:
-        """The machine's path on a run of the virtual controller; the force pushes along lines and arcs that are not too fast, and
-        bends what was found to yield: a correction takes off nothing that is only ordinary.
+        """The machine's path on a run of the virtual controller; the force pushes where it `cuts` (N,), and bends what was found
+        to yield: a correction takes off nothing that is only ordinary. mounted: (N,) with which of the tools.
         """
-        return true_path(
-            log,
-            cell,
-            self.constants,
-            self.units,
-            rest=self.rest,
-            force=self.force,
-            area=area,
-            cuts=self.cuts(program)[motion],
-            assumed=False,
-        )
+        known: dict[str, Any] = {"rest": self.rest, "force": self.force, "assumed": False}
+        parts = []
+        for rows in runs_of(mounted):
+            columns = {name: np.asarray(values)[rows] for name, values in log.columns.items()}
+            own = MeasurementLog(columns, log.info)
+            known |= {"area": None if area is None else area[rows], "cuts": cuts[rows]}
+            parts.append(true_path(own, cells[mounted[rows.start]], self.constants, self.units, **known))
+        return joined_paths(parts)
+
+    def claims_tool(self) -> bool:
+        """Whether the diagnosis claims a tool's own frame, which it knows of one tool."""
+        return self.units is not None and any(name.startswith("tool.") for name in claimed_constants(self.units))
 
 
 @dataclass(frozen=True)
 class MachineRun:
     """A run: its set-points a row a cycle, `motion` (N,) the row of the program that each belongs to, and the path.
 
-    cell: with the tool that the program sets; area: (N,) m2 that is cut across the way to each row, None where nobody asked.
+    cells: with each of the program's tools; chains: the calibrated chain with that of each row; area: (N,) m2 that is cut across
+    the way to each row, None where nobody asked.
     """
 
     machine: DiagnosedMachine
     program: ProgramText
-    cell: Cell
+    cells: tuple[Cell, ...]
+    chains: ToolChains
     log: MeasurementLog
     motion: NDArray[np.int64]
     path: TruePath
     area: Array | None
+
+    @property
+    def cell(self) -> Cell:
+        """With the first tool, where any will do."""
+        return self.cells[0]
 
     @cached_property
     def way(self) -> RunWay:
@@ -117,9 +136,7 @@ class MachineRun:
         Of what comes of the speed (a lag), what leaves the tool on its way is left out: it gets there, only later, and a target
         set ahead for it would be overrun where the motion ends.
         """
-        cell = self.cell
-        model, values = calibrated_chain(self.machine.constants, cell)
-        calibrated = model.poses(values, cell.to_q(self.log.setpoints(cell.axis_names)))
+        calibrated = self.chains.poses(self.cell.to_q(self.log.setpoints(self.cell.axis_names)))
         twist = pose_difference(self.path.true, calibrated)
         moved = self._of_speed()[:, :3]
         twist[:, :3] -= moved - beside_way(self.path.ideal[:, :3, 3], moved)
@@ -198,9 +215,8 @@ class MachineRun:
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
         columns = {**self.log.columns, "t": SLOWLY * np.asarray(self.log.t)}
-        slow = self.machine.path(
-            MeasurementLog(columns, self.log.info), self.cell, self.program, self.motion, self.area
-        )
+        log, cuts = MeasurementLog(columns, self.log.info), self.machine.cuts(self.program)[self.motion]
+        slow = self.machine.path(log, self.cells, self.chains.mounted, cuts, self.area)
         return twist_of(self.path, causes_of_speed(self.path, slow))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.calibration.calibration import Calibration, calibrated_chain
 from camrob.calibration.compensate import Compensated, compensate_postures
 from camrob.calibration.error_model import ErrorModel
+from camrob.cell.cell import Cell
 from camrob.controller.replay import Replay
 from camrob.errors import SingularError
 from camrob.kinematics.frames import base_T_tool
@@ -32,18 +34,18 @@ def tool_poses(run: Replay, q: Array) -> Array:
 @dataclass(frozen=True)
 class ToolChains:
     """models: the chain with each tool; values: of its parameters, alike for all of them; mounted: (N,) whose tool each of N
-    motions is made with.
+    motions, or rows of a run, is made with.
     """
 
     models: tuple[ErrorModel, ...]
     values: Array
-    mounted: NDArray[np.int32]
+    mounted: NDArray[np.int64]
 
     @classmethod
-    def of(cls, found: Calibration | None, run: Replay) -> ToolChains:
-        """The calibrated chain, None: the nominal one, along a replayed program."""
-        chains = [calibrated_chain(found, cell) for cell in run.cells]
-        return cls(tuple(model for model, _ in chains), chains[0][1], np.asarray(run.mounted))
+    def of(cls, found: Calibration | None, cells: Sequence[Cell], mounted: NDArray[np.integer]) -> ToolChains:
+        """The calibrated chain, None: the nominal one, with the tools of these cells; mounted (N,) as above."""
+        chains = [calibrated_chain(found, cell) for cell in cells]
+        return cls(tuple(model for model, _ in chains), chains[0][1], np.asarray(mounted, np.int64))
 
     def at(self, rows: NDArray[np.int64]) -> ToolChains:
         """Those of some motions."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup, ToolSetup
 from camrob.controller.replay import program_cells
 from camrob.cutting.cutter import Cutter
-from camrob.errors import ProgramError
+from camrob.errors import InputError, ProgramError
 from camrob.findings import Finding
 from camrob.jobs.files.mounting import tool_for
 from camrob.jobs.predicting.removal import cutter_for
@@ -20,7 +21,7 @@ from camrob.measurement.log import MeasurementLog
 from camrob.program.program_text import ProgramText
 from camrob.runs import runs_of
 
-__all__ = ["ProgramTools", "by_tool", "mounted_in"]
+__all__ = ["ProgramTools", "by_tool", "demand_one_tool", "mounted_in"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,3 +57,10 @@ def by_tool(run: MeasurementLog, number: NDArray[np.int64]) -> Iterator[tuple[in
     for rows in runs_of(number):
         columns = {name: np.asarray(values)[rows] for name, values in run.columns.items()}
         yield int(number[rows.start]), MeasurementLog(columns, run.info)
+
+
+def demand_one_tool(force: Path, program: Path, tools: int) -> None:
+    """Raise InputError where a program sets several tools: what pushes on one says nothing of another."""
+    if tools > 1:
+        what = f"says what pushes on one tool, and {program.name} sets {tools}"
+        raise InputError(what, hint="leave --force out, or give programs of one tool each", path=force)

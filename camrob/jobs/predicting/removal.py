@@ -36,8 +36,11 @@ _OF_DIAMETER = 0.05  # of the cutter, between rays: a groove of a ball is then k
 def removal_of(program: Path, setup: Path | None, machine: Cell) -> Removal:
     """What runs of a program with one tool cut of the set-up's stock. Raises InputError and SetupError where that is not said."""
     held = setup_for(program, setup, machine)
-    text = language_of_file(program).read(program, machine.controller_section)
-    cutter = cutter_for(tool_for(program_cell(text, machine)[0], held), held)
+    tooled = machine
+    if len(held.tools) > 1:  # which of them it is only the program tells
+        text = language_of_file(program).read(program, machine.controller_section)
+        tooled = program_cell(text, machine)[0]
+    cutter = cutter_for(tool_for(tooled, held), held)
     stock = stock_of(held, 2.0 * _OF_DIAMETER * cutter.radius)
     return lambda run, cell: removed(run, cell, stock, cutter, np.asarray(held.base_T_part))
 

@@ -45,7 +45,9 @@ def hold_to_original(
         hint = "give the program that it was made of; one that compensate --diagnosis has divided is not held to it"
         raise InputError(f"holds {len(meant)} motions, and {text.files[0]} {len(text)}", hint=hint, path=file)
     found = [f for check in (_elsewhere, _acts) if (f := check(text, meant)) is not None]
-    reached = ToolChains.of(read_calibration(calibration, cell), planned).poses(np.asarray(run.q))
+    reached = ToolChains.of(read_calibration(calibration, cell), planned.cells, planned.mounted).poses(
+        np.asarray(run.q)
+    )
     off = difference_sizes(pose_difference(np.asarray(planned.base_T_tool), reached))
     apart = np.abs(np.asarray(text.axes) - np.asarray(meant.axes)).max(axis=1)
     stays = (np.asarray(text.kind) == Motion.PTP_AXES) & (apart < _SAME)  # HOME, which asks for no pose

@@ -146,7 +146,9 @@ def error_between(chains: ToolChains, text: ProgramText, planned: Replay, replay
     middles = [_middle(np.asarray(run.base_T_tool), rows) for run in (planned, replayed)]
     start = 0.5 * (np.asarray(replayed.q)[rows - 1] + np.asarray(replayed.q)[rows])
     try:
-        q = np.asarray(ToolChains.of(None, planned).at(rows).met(start, middles[1], farthest=np.pi).q)
+        q = np.asarray(
+            ToolChains.of(None, planned.cells, planned.mounted).at(rows).met(start, middles[1], farthest=np.pi).q
+        )
     except SingularError:
         return None  # the replay has looked at these motions; here only a figure is lost
     sizes = difference_sizes(pose_difference(middles[0], chains.at(rows).poses(q)))

@@ -123,9 +123,11 @@ def _in_program(summary: DiagnosisSummary) -> str:
     """How what comes back from run to run is taken off."""
     written = summary.compensable.written
     calibration = f" --calibration {written}" if written else ""
+    void = f", and {written} is void" if written else ""
     return (
-        "instead, not as well: what is not put right at the machine and comes back from run to run is taken off by camrob "
-        f"compensate PROGRAM.src --cell {summary.cell}{calibration} --diagnosis DIR --out OUT (DIR: where this page lies). "
+        "instead, not as well: what is not put right at the machine and comes back from run to run is taken off in the program. "
         "Whoever masters an axis, or enters a value in the controller, makes the logs again first: done both ways, an error "
-        f"comes back the other way round{f', and {written} is void' if written else ''}"
+        f"comes back the other way round{void}. To be copied once PROGRAM.src, DIR (this page's folder) and OUT (a new one) are "
+        f"yours{' and ' + written + ' has its path' if written else ''}: camrob compensate PROGRAM.src "
+        f"--cell {summary.cell}{calibration} --diagnosis DIR --out OUT"
     )

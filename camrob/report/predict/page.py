@@ -66,7 +66,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
 
 def _verdict(summary: PredictSummary) -> str:
     """What the part would be like, in two sentences."""
-    text = f"The worst is {number(summary.worst_mm, 3, 'mm')}"
+    text = f"The worst, by what is expected of each place, is {number(summary.worst_mm, 3, 'mm')}"
     if summary.places:
         worst = summary.places[0]
         how = "material is left" if worst.deviation_mm > 0.0 else "cut too deep"
@@ -82,16 +82,16 @@ def _cards(summary: PredictSummary) -> str:
     first = next(iter(summary.causes), "")
     cards = [
         (
-            "Error, rms",
+            "Likely error, rms",
             number(summary.likely.rms_mm, 3, "mm"),
-            f"mean {number(summary.mean_mm, 3, 'mm')}; above 0: material is left",
+            f"expected {number(summary.rms_mm, 3)}, mean {number(summary.mean_mm, 3, 'mm')}; above 0: material is left",
         ),
-        ("95 % are within", number(summary.likely.p95_mm, 3, "mm"), f"{summary.points:,} points of the surface"),
         (
-            "Worst",
-            number(summary.worst_mm, 3, "mm"),
-            f"line {summary.places[0].line} of the program" if summary.places else "",
+            "95 % are likely within",
+            number(summary.likely.p95_mm, 3, "mm"),
+            f"expected {number(summary.p95_mm, 3, 'mm')}; {summary.points:,} points of the surface",
         ),
+        ("Worst expected", number(summary.worst_mm, 3, "mm"), _worst_note(summary)),
         ("How sure", f"± {number(summary.band_mm, 3, 'mm')}", "95 % band; narrower at half of the points"),
     ]
     if first:
@@ -108,6 +108,14 @@ def _cards(summary: PredictSummary) -> str:
     if summary.holder:
         cards.append(("The holder", "meets the stock", f"first in line {_lines(summary.holder[0])} of the program"))
     return card_row(cards)
+
+
+def _worst_note(summary: PredictSummary) -> str:
+    """Where it is, and why it may be less than what is likely everywhere."""
+    where = [f"line {summary.places[0].line} of the program"] if summary.places else []
+    if summary.worst_mm < summary.likely.p95_mm:
+        where.append("less than what is likely, as what is in doubt is expected to be 0")
+    return "; ".join(where)
 
 
 def _words(cause: str) -> str:

@@ -18,9 +18,13 @@ def render_prediction(summary: PredictSummary) -> RenderableType:
     """The size of the error and how sure, what makes it, the worst places; gouges and the holder first where there are any."""
     parts: list[RenderableType] = [shown_text(f"! {line}") for line in _alarms(summary)]
     likely = summary.likely
-    size = f"off what was programmed: rms {likely.rms_mm:.3f} mm, 95 % within {likely.p95_mm:.3f}"
+    size = f"off what was programmed, likely: rms {likely.rms_mm:.3f} mm, 95 % within {likely.p95_mm:.3f}"
     between = f"between {likely.p95_low_mm:.3f} and {likely.p95_high_mm:.3f} on 95 of 100 machines as this may be"
-    parts.append(Text(f"{size} ({between}); worst expected {summary.worst_mm:.3f} ± {summary.band_mm:.3f}"))
+    parts.append(Text(f"{size} ({between})"))
+    expected = f"expected, where all that is in doubt is 0: rms {summary.rms_mm:.3f}, 95 % within {summary.p95_mm:.3f}"
+    parts.append(
+        Text(f"{expected}, worst {summary.worst_mm:.3f}; a place may be off from that by {summary.band_mm:.3f}")
+    )
     if summary.part is not None:
         p, off = summary.part, summary.part.size
         held = (
