@@ -30,6 +30,9 @@ HOOK_PLACEHOLDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 _PLACEHOLDER = re.compile(r"\{(\s*[A-Za-z_][A-Za-z0-9_]*\s*)\}")
 
 
+_FASTEST_MS = 0.1  # a tenth of the shortest cycle in which controllers interpolate: less is seconds, written for ms
+
+
 @dataclass(frozen=True, slots=True)
 class ControllerSettings:
     """Settings of the controller, in the units that programs print.
@@ -75,6 +78,11 @@ class ControllerSettings:
             _check_number(name, getattr(self, name), above=0.0)
         _check_number("apo_cdis_mm", self.apo_cdis_mm)
         _check_number("block_ms", self.block_ms)
+        if 0.0 < self.block_ms < _FASTEST_MS:
+            raise CellError(
+                f"block_ms is {self.block_ms:g}, which no controller needs for a motion",
+                hint="give ms: 12 for the KR C2",
+            )
         if self.ptp_velocity_percent > 100.0:
             raise CellError(f"ptp_velocity_percent is {self.ptp_velocity_percent}", hint="100 is the axes' top speed")
         for name, least, most in (

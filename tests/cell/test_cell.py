@@ -431,3 +431,9 @@ def test_limits_may_say_of_each_number_where_it_is_from(tmp_path) -> None:
     for axis in ("A1", "A2"):
         i = before.index(axis)
         assert (before.joints[i].lower, before.joints[i].speed) == (after.joints[i].lower, after.joints[i].speed)
+
+
+def test_seconds_for_the_milliseconds_of_a_block_are_refused(tmp_path):
+    (tmp_path / "cell.toml").write_text(re.sub(r"(?m)^block_ms = 12 ", "block_ms = 0.012 ", TEXT), encoding="utf-8")
+    with pytest.raises(CellError, match=r"block_ms is 0\.012"):
+        read_cell(tmp_path)

@@ -92,9 +92,27 @@ def test_what_is_handed_is_a_copy(tmp_path: Path) -> None:
     assert by_both(written(tmp_path, body, "", behind)) == [119, 112, 8]
 
 
-@pytest.mark.parametrize("head", ["INOUT num x", "VAR num x", "\\num x", "num x{*}", "PERS num x"])
-def test_what_is_handed_otherwise_is_not_run(tmp_path: Path, head: str) -> None:
-    path = written(tmp_path, f"VAR num n:=3;\nthere n;\n{GO}", "", f"PROC there({head})\n{MOVE.format('x')}ENDPROC\n")
+@pytest.mark.parametrize("head", ["INOUT num x", "VAR num x", "PERS num x", "var num x"])
+def test_what_a_procedure_only_reads_may_be_handed_by_reference(tmp_path: Path, head: str) -> None:
+    behind = f"PROC there({head},num y)\nIF x>2 THEN\n{MOVE.format('x+y')}ENDIF\n{MOVE.format('x')}ENDPROC\n"
+    assert by_both(written(tmp_path, f"PERS num n:=3;\nthere n,1;\n{GO}", "", behind)) == [9, 8, 5]
+
+
+@pytest.mark.parametrize(
+    ("head", "first"),
+    [
+        *(
+            (head, first)
+            for head in ("INOUT num x", "VAR num x")
+            for first in ("x:=4;\n", "Incr x;\n", "other;\n", "n:=7;\n")
+        ),
+        ("\\num x", ""),
+        ("num x{*}", ""),
+    ],
+)
+def test_what_is_handed_otherwise_is_not_run(tmp_path: Path, head: str, first: str) -> None:
+    behind = f"PROC there({head})\n{first}{MOVE.format('x')}ENDPROC\nPROC other()\nn:=9;\nENDPROC\n"
+    path = written(tmp_path, f"there n;\n{GO}", "VAR num n:=3;\n", behind)
     assert run_program(path, MACHINE).gaps
     assert any(f.code == "call-unknown" for f in read_rapid(path).findings)
 

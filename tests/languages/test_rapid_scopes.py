@@ -72,6 +72,31 @@ def test_another_modules_local_procedure_is_not_called(tmp_path: Path) -> None:
     assert any("not at hand" in gap.text for gap in made.gaps) and len(made.path.tip) == 2
 
 
+def test_each_module_has_its_own_local_procedures(tmp_path: Path) -> None:
+    """Two LOCAL procedures of one name, and a third that all see: each module calls its own."""
+    own = f"LOCAL PROC go()\nMoveL {at(5)},v100,fine,tS\\WObj:=wP;\nENDPROC\n"
+    other = own.replace("[5,", "[7,") + "PROC sub()\ngo;\nENDPROC\n"
+    path = written(tmp_path, "", "go;\nsub;\n", other)
+    path.write_text(path.read_text().replace("ENDMODULE", f"{own}ENDMODULE"))
+    made = run_program(path, read_machine(IRB6700))
+    assert (1000.0 * made.path.tip[1:, 0]).round(6).tolist() == [5, 7] and not made.gaps
+    assert read_rapid(path).pose[1:, 0].round(6).tolist() == [5, 7]
+    for file, text in ((path, own), (tmp_path / "b.mod", own.replace("[5,", "[7,"))):
+        file.write_text(file.read_text().replace(text, text.replace("LOCAL ", "")))
+    with pytest.raises(ProgramError, match="second procedure"):
+        read_rapid(path)
+    with pytest.raises(ProgramError, match="another module"):
+        run_program(path, read_machine(IRB6700))
+
+
+def test_a_position_that_nothing_sets_is_zero(tmp_path: Path) -> None:
+    move = f"MoveL Offs({at(5)},p.x+1,p.y,p.z),v100,fine,tS\\WObj:=wP;\n"
+    path = written(tmp_path, "VAR pos p;\n", move + "p.x:=3;\n" + move, "")
+    made = run_program(path, read_machine(IRB6700))
+    assert (1000.0 * made.path.tip[1:, 0]).round(6).tolist() == [6, 9] and not made.gaps
+    assert read_rapid(path).pose[1:, 0].round(6).tolist() == [6, 9]
+
+
 def test_a_tool_is_the_modules_own(tmp_path: Path) -> None:
     """The spindle of module b is 100 mm longer, and behind its procedure the shorter one is in force again."""
     other = f"LOCAL PERS tooldata tS:={LONGER};\nPROC sub()\n{GO}ENDPROC\n"

@@ -255,7 +255,7 @@ def _sums(text: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def tape(text: str, beside: str = "") -> list[tuple[int, str]]:
-    """Blocks of G-code without blanks and comments, with their lines, up to the second %; what M98 calls may stand behind it.
+    """Blocks of G-code without blanks and comments, with their lines, up to the second %; what M98 or G65 calls stands behind it.
 
     beside: of other files, whose lines are counted on from those of the text; subroutines of LinuxCNC's stand before their call.
     """
@@ -266,7 +266,7 @@ def tape(text: str, beside: str = "") -> list[tuple[int, str]]:
     rows = _rows(text)
     last = next((k for k, (_, block) in enumerate(rows) if k and block.startswith("%")), len(rows))
     behind = [row for row in rows[last:] if not row[1].startswith("%")]
-    called = re.search(r"M\s*0*98(?![\d.])", COMMENT.sub("", text).upper())
+    called = re.search(r"(?:M\s*0*98|G\s*0*65)(?![\d.])", COMMENT.sub("", text).upper())
     if not (behind and re.match(r"[O:]\d", behind[0][1]) and called):
         behind = []
     return [*(row for row in rows[:last] if not row[1].startswith("%")), *behind]

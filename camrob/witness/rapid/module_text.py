@@ -54,7 +54,9 @@ class MoveRow:
 
 @dataclass(slots=True)
 class Procedure:
-    """A PROC. `inputs`: type and name of what it is handed by value; None where it takes something in another way."""
+    """A PROC. `inputs`: type and name of what it is handed by value, or by reference where none of its statements sets anything;
+    None where it takes something in another way.
+    """
 
     name: str
     head: Line
@@ -73,6 +75,18 @@ class RapidModule:
     procedures: dict[str, Procedure] = field(default_factory=dict)
     outside: list[Line] = field(default_factory=list)
     functions: dict[str, Line] = field(default_factory=dict)  # what FUNC heads, which are not followed
+
+
+# statements that only move, wait, switch or branch: what they name they leave as it was
+_READING = re.compile(
+    r"(?:MOVEABSJ|MOVEJ|MOVEL|MOVEC|WAITTIME|SETDO|SETAO|SETGO|SET|RESET|TPWRITE|CONFJ|CONFL|SINGAREA) .*|TPERASE|RETURN"
+    r"|(?:IF|ELSEIF) .* THEN|ELSE|ENDIF|TEST .*|CASE .*:|DEFAULT:|ENDTEST"
+)
+
+
+def _only_reads(procedure: Procedure) -> bool:
+    """Whether it sets nothing, by itself or by what it calls."""
+    return all(isinstance(node, MoveRow) or _READING.fullmatch(node.code) for node in procedure.nodes)
 
 
 def _inputs(text: str) -> list[tuple[str, str]] | None:
@@ -182,6 +196,9 @@ def read_rapid_module(path: Path) -> RapidModule:
         if open_ is not None and code != "ENDPROC":
             open_.nodes.append(node)
         elif open_ is not None:
+            referring = re.search(r"[(,] ?(?:VAR|INOUT|PERS) .*", open_.head.code)
+            if referring and _only_reads(open_) and (given := _HEAD.fullmatch(open_.head.code)) is not None:
+                open_.inputs = _inputs(re.sub(r"(^|,) ?(?:VAR|INOUT|PERS) ", r"\1", given[2]))
             open_ = None
         elif until:
             until = "" if code == until else until

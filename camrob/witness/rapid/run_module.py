@@ -61,7 +61,9 @@ class _Runner(Walk):
         self.state = State(machine, Hooks(machine.controller.hooks, _SWITCH), quarters=True)
         self.records = Records()
         self.motions = RapidMotions(self.state, self.records)
-        self.procedures: dict[str, tuple[RapidModule, Procedure]] = {}
+        self.procedures: dict[
+            tuple[str, str], tuple[RapidModule, Procedure]
+        ] = {}  # by module (LOCAL; "" else) and name
         self.locals: dict[Path, dict[str, tuple[str, Item]]] = {}  # by module, what LOCAL keeps to it
         self.depth = 0
         conduct = self.state.conduct
@@ -104,11 +106,12 @@ class _Runner(Walk):
             text = f"{name} is a routine of the program's own, and hides the controller's: what it does isn't what ABB says"
             state.object("library-replaced", text, heads[name])
         for name, procedure in module.procedures.items():
-            if name in self.procedures:
+            key = (str(path) if procedure.head.code.startswith("LOCAL ") else "", name)
+            if key in self.procedures:
                 raise ProgramError(
                     f"has a procedure {name} that another module has", path=path, line=procedure.head.number
                 )
-            self.procedures[name] = (module, procedure)
+            self.procedures[key] = (module, procedure)
         return module
 
     def declare(self, line: Line, scope: dict[str, tuple[str, Item]]) -> bool:
@@ -323,9 +326,8 @@ class _Runner(Walk):
 
     def call(self, match: re.Match[str], line: Line) -> None:
         """A procedure at hand; else it is a hook's, or a gap."""
-        found = self.procedures.get(match["name"])
-        if found is not None and found[1].head.code.startswith("LOCAL "):
-            found = found if str(found[0].path) == self.state.files[self.state.file] else None
+        here = self.state.files[self.state.file]
+        found = self.procedures.get((here, match["name"])) or self.procedures.get(("", match["name"]))
         texts = split_top(match["inputs"]) if match["inputs"] else []
         if found is not None and found[1].inputs is not None and len(texts) == len(found[1].inputs):
             self.enter(

@@ -250,7 +250,7 @@ def test_cycle_200_hole_by_hole(tmp_path: Path) -> None:
         ("CT X+5 Y+5", "whose direction is known"),
         ("CYCL DEF 19.1 A+30", "CYCL DEF 19 with angles"),
         ("CYCL DEF 26.1 X 0.9", "CYCL DEF 26.1"),
-        ("CYCL DEF 205 PECKING Q200=2", "CYCL DEF 205"),
+        ("CYCL DEF 205 PECKING Q200=2", "cycle 205 without Q201"),
         ("PLANE VECTOR BX1 BY0 BZ0 NX0 NY0 NZ1 TURN", "is not read"),
         ("FUNCTION TCPM F TCP AXIS SPAT", "is not read"),
         ("L X+Q7 F100", "Q7 is read"),

@@ -20,7 +20,7 @@ from camrob.program.motion import Blend, Motion
 from camrob.program.program_text import ProgramAction, Setting
 from camrob.units import mm_to_m
 
-__all__ = ["KNOWN", "MOVES", "RapidMachine"]
+__all__ = ["KNOWN", "LEAVING", "MOVES", "RapidMachine"]
 
 MOVES = ("MOVEABSJ", "MOVEJ", "MOVEL", "MOVEC")
 _SWITCHES = ("NOEOFFS", "WOBJ")  # of motions, that are read
@@ -32,7 +32,15 @@ _ACTS = frozenset(
 _COUNTS = ("INCR", "DECR", "CLEAR", "ADD")
 KNOWN = _SETTINGS | _ACTS | {*MOVES, *_COUNTS, "WAITTIME"}
 """The controller's own procedures that are read; one of a program's own hides the controller's."""
-_FIRST: dict[str, Value] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": ""}  # what a VAR without a value holds
+LEAVING = KNOWN - {*_COUNTS, "TPREADFK"}
+"""Those that give no datum another value."""
+_FIRST: dict[str, Value] = {
+    "NUM": 0.0,
+    "DNUM": 0.0,
+    "BOOL": False,
+    "STRING": "",
+    "POS": [0.0, 0.0, 0.0],
+}  # what a VAR without a value holds
 _NAN = float("nan")
 _SPEED_FACTS = ("v_ori", "v_leax", "v_reax")
 

@@ -15,16 +15,22 @@ Node = Statement | Row
 _LISTED = re.compile(r"<Module>\s*([^<>]+?)\s*</Module>", re.IGNORECASE)
 _LONGEST_LIST = 1_000_000  # characters of a .pgf, a thousand times what one lists
 _LEAVES = ("ERROR", "UNDO", "BACKWARD")  # what follows is run when something fails, or backwards
+_REFERRING = ("VAR", "INOUT", "PERS")
 _ENDS = {"PROC": "ENDPROC", "FUNC": "ENDFUNC", "TRAP": "ENDTRAP", "RECORD": "ENDRECORD"}
 
 
 @dataclass(slots=True)
 class Routine:
-    """A procedure: type and name of what it is handed by value, None where it takes something otherwise; its statements."""
+    """A procedure: type and name of what it is handed by value, None where it takes something otherwise; its statements.
+
+    referred: it takes some of that by reference (VAR, INOUT, PERS); local: only its module may call it.
+    """
 
     name: str
     line: int
     parameters: list[tuple[str, str]] | None
+    referred: bool = False
+    local: bool = False
     nodes: list[Node] = field(default_factory=list)
 
 
@@ -105,17 +111,21 @@ def _routine(head: Statement) -> Routine:
     at = texts.index("PROC") + 1
     if len(texts) < at + 3 or head.tokens[at].kind != "name":
         raise ProgramError(f"{shown(' '.join(texts[:4]))} is no procedure", hint="write PROC name()", line=head.line)
-    return Routine(texts[at], head.line, _parameters(texts[at + 2 : -1]))
+    given = texts[at + 2 : -1]
+    plain = [
+        text for k, text in enumerate(given) if text not in _REFERRING or (given[k - 1 : k] not in ([], [","]) and k)
+    ]
+    return Routine(texts[at], head.line, _parameters(plain), referred=plain != given, local=texts[0] == "LOCAL")
 
 
 def _parameters(texts: list[str]) -> list[tuple[str, str]] | None:
-    """`TYPE NAME, TYPE NAME`: all by value; None of others (VAR, INOUT, PERS, optional ones, arrays)."""
+    """`TYPE NAME, TYPE NAME`: type and name of each; None of others (optional ones, arrays)."""
     out = []
     for k in range(0, len(texts), 3):
         some = texts[k : k + 3]
         if len(some) < 2 or (len(some) == 3) != (k + 3 < len(texts)) or some[2:] not in ([], [","]):
             return None
-        if some[0] in ("VAR", "INOUT", "PERS") or not all(text.isidentifier() for text in some[:2]):
+        if some[0] in _REFERRING or not all(text.isidentifier() for text in some[:2]):
             return None
         out.append((some[0], some[1]))
     return out

@@ -14,7 +14,7 @@ from camrob.findings import Severity, collapse
 from camrob.languages.rapid.reader.arguments import arguments_of
 from camrob.languages.rapid.reader.data import Scope
 from camrob.languages.rapid.reader.expressions import UnknownError, Value
-from camrob.languages.rapid.reader.machine import KNOWN, MOVES, RapidMachine
+from camrob.languages.rapid.reader.machine import KNOWN, LEAVING, MOVES, RapidMachine
 from camrob.languages.rapid.reader.module import Module, Node, Routine, load_module, modules_beside
 from camrob.languages.rapid.reader.rapid_course import BLOCKS, parts_of, run_block
 from camrob.languages.rapid.reader.tokens import Row, Statement, joined, shown
@@ -56,7 +56,7 @@ class _Reader:
         self._path = path
         self._machine = RapidMachine()
         self._modules: list[Module] = []
-        self._routines: dict[str, tuple[int, Routine]] = {}
+        self._routines: dict[tuple[int, str], tuple[int, Routine]] = {}  # LOCAL ones by their module, else -1
         self._locals: list[Scope] = []  # by module, what LOCAL keeps to it
         self._depth = self._taken = 0
 
@@ -69,7 +69,7 @@ class _Reader:
             raise ProgramError("holds no procedure", hint="give the main module", path=self._path)
         first = next(iter(main.routines))
         with suppress(_EndedError):
-            self._call(*self._routines["MAIN" if "MAIN" in main.routines else first], [])
+            self._call(0, main.routines["MAIN" if "MAIN" in main.routines else first], [])
         machine = self._machine
         try:
             columns = machine.rows.columns()
@@ -104,13 +104,18 @@ class _Reader:
             if not self._machine.declare(statement):
                 self._unknown(statement)
         for name, routine in module.routines.items():
-            if name in self._routines:
+            key = (len(self._modules) - 1 if routine.local else -1, name)
+            if key in self._routines:
                 raise ProgramError(
                     f"has a second procedure {shown(name)}", hint="give it another name", path=path, line=routine.line
                 )
             if name in KNOWN:
                 self._machine.find("not-understood", f"PROC {name} hides the controller's own", routine.line)
-            self._routines[name] = (len(self._modules) - 1, routine)
+            self._routines[key] = (len(self._modules) - 1, routine)
+
+    def _routine(self, name: str) -> tuple[int, Routine] | None:
+        """A procedure of the program as its module sees it: its own LOCAL one first."""
+        return self._routines.get((self._machine.file, name)) or self._routines.get((-1, name))
 
     def _call(self, index: int, routine: Routine, given: Sequence[Value | None]) -> None:
         """Runs a procedure with what it is handed by value."""
@@ -177,7 +182,7 @@ class _Reader:
 
     def _moves(self, node: Node) -> bool:
         """Whether a statement that may not run could move."""
-        return isinstance(node, Row) or any(t.text in MOVES or t.text in self._routines for t in node.tokens)
+        return isinstance(node, Row) or any(t.text in MOVES or self._routine(t.text) is not None for t in node.tokens)
 
     def _statement(self, statement: Statement) -> None:
         """One statement."""
@@ -208,8 +213,8 @@ class _Reader:
 
     def _called(self, statement: Statement) -> None:
         """A procedure of the program, or one that is not at hand."""
-        found = self._routines.get(statement.word)
-        if found is not None and found[1].parameters is not None:
+        found = self._routine(statement.word)
+        if found is not None and found[1].parameters is not None and not (found[1].referred and _sets(found[1])):
             arguments = arguments_of(statement)
             if not arguments.options and len(arguments.places) == len(found[1].parameters):
                 self._call(*found, [self._machine.known(tokens) for tokens in arguments.places])
@@ -222,6 +227,18 @@ class _Reader:
     def _unknown(self, statement: Statement) -> None:
         text = f"{shown(joined(statement.tokens[:12]))} is not understood"
         self._machine.find("not-understood", text, statement.line, Severity.WARNING)
+
+
+def _sets(routine: Routine) -> bool:
+    """Whether a procedure may give a datum another value: then what it takes by reference isn't what it is handed."""
+
+    def leaves(statement: Statement) -> bool:
+        texts = [t.text for t in statement.tokens]
+        branch = statement.word in BLOCKS or statement.word in ("ELSE", "ELSEIF", "CASE", "DEFAULT", *BLOCKS.values())
+        sets = ":=" in texts and statement.word not in MOVES
+        return not sets and (statement.word in LEAVING or (branch and texts[-1] in ("THEN", "DO", ":", statement.word)))
+
+    return not all(isinstance(node, Row) or leaves(node) for node in routine.nodes)
 
 
 def _frames(machine: RapidMachine) -> dict[str, list[ProgramFrame]]:

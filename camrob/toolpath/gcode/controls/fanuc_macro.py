@@ -13,7 +13,7 @@ from pathlib import Path
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.control import State
 from camrob.toolpath.gcode.controls.fanuc_formulas import FANUC
-from camrob.toolpath.gcode.controls.fanuc_programs import PROGRAM, REPEATS, split_programs
+from camrob.toolpath.gcode.controls.fanuc_programs import PROGRAM, REPEATS, spelled, split_programs
 from camrob.toolpath.gcode.language.computed import words_of
 from camrob.toolpath.gcode.language.flow import DEEPEST, Line, StepCount, prepared, unset
 from camrob.toolpath.gcode.language.formulas import NOTHING, Reader, Value, whole
@@ -89,7 +89,8 @@ class _Macro:
         line = self._lines.get(index)
         if line is None:
             try:
-                line = self._lines[index] = prepared(self._raw[index], index + 1)
+                line = prepared(self._raw[index], index + 1)
+                line = self._lines[index] = line._replace(text=spelled(line.text))
             except ToolpathError as error:
                 raise error.at(self._path, index + 1) from None
         return line
@@ -372,7 +373,7 @@ class _Macro:
             if number in running.variables:
                 return running.variables[number]
             if len(self._stack) == 1 or running.variables is self._stack[0].variables:
-                raise unset(f"#{number}")
+                raise unset(f"#{number}", given="G65 gives this macro")
             return None
         if any(number in common for common in _COMMONS):
             if number not in self._commons:

@@ -10,7 +10,7 @@ from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.language.called_files import Wanted, calls
 from camrob.toolpath.gcode.language.flow import Line
 
-__all__ = ["PROGRAM", "REPEATS", "split_programs", "wanted_programs"]
+__all__ = ["PROGRAM", "REPEATS", "spelled", "split_programs", "wanted_programs"]
 
 PROGRAM = re.compile(r"[O:]([0-9]+)(.*)")
 REPEATS = 10_000
@@ -20,7 +20,21 @@ _END = re.compile(r"M0*(?:30|2)(?![0-9.])")
 _HEAD = re.compile(r"[ \t]*[O:][ \t]*0*([0-9]+)")
 _CALLS = re.compile(r"(?:M[ \t]*0*98|G[ \t]*0*65)(?![0-9.])[^P]*?P[ \t]*0*([0-9]+)(?![0-9.])")
 _SUFFIXES = frozenset(("", ".nc", ".cnc", ".eia", ".tap", ".txt", ".ncp", ".prg", ".sub"))
+_SHORT = {
+    word[:2]: word for word in "WHILE ROUND FIX FUP SIN COS TAN ASIN ACOS ATAN SQRT ABS EXP".split()
+}  # as the control lets them be cut short (Fanuc B-63944EN/03, 15.2)
+_SHORTENED = re.compile(rf"(?<![A-Z])({'|'.join(_SHORT)})(?=\[)")
 _Part = tuple[int, int, int]  # first line, before which line it ends, its number
+
+
+def spelled(text: str) -> str:
+    """A statement with the words in full that stand there by their first two letters: WH[...]DO1, EN1, IF[...]GO5, IF[...]TH."""
+    if "[" in text:
+        text = _SHORTENED.sub(lambda match: _SHORT[match[1]], text)
+        text = re.sub(
+            r"(?<=\])(?:GO(?=[0-9#\[])|TH(?!EN)(?=[A-Z#]))", lambda m: {"GO": "GOTO", "TH": "THEN"}[m[0]], text
+        )
+    return re.sub(r"^EN(?=[0-9]+$)", "END", text)
 
 
 def split_programs(

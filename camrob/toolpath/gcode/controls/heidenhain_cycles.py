@@ -1,4 +1,4 @@
-"""Heidenhain's cycles 200, 201, 203, 206, 207, 240 as the moves that they stand for (TNC 640, "Machining Cycles")."""
+"""Heidenhain's cycles 200, 201, 203, 205, 206, 207, 240 as the moves that they stand for (TNC 640, "Machining Cycles")."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ Places = list[dict[str, float]]
 """X and Y of places at which a cycle is done, in the program's unit."""
 
 # Q numbers: 200 clearance, 201 depth, 202 bite, 203 surface, 204 second clearance, 206 feed, 208 feed out, 212 decrement,
-# 239 pitch of a thread
+# 239 pitch of a thread, 257 infeed for breaking chips, 258 and 259 how far above the first and the last bite a rapid back ends
 _NEEDED = {
     200: (200, 201, 202, 203, 204, 206),
     201: (200, 201, 203, 204, 206, 208),
     203: (200, 201, 202, 203, 204, 206, 208, 212, 213, 205),
+    205: (200, 201, 202, 203, 204, 205, 206, 212, 257, 258, 259),
     206: (200, 201, 203, 204, 206),
     207: (200, 201, 203, 204, 239),
     240: (200, 201, 203, 204, 206, 343),
@@ -32,8 +33,9 @@ _HELD = "the spindle is held at an angle while the tool is drawn off the wall, w
 REASONS: dict[str, str] = {
     **dict.fromkeys(("202", "204"), _HELD),
     **dict.fromkeys(
-        ("208", "251", "252", "253", "254", "256", "257", "258", "233", "230", "232", "241", "262", "263"), _INSIDE
+        ("208", "251", "252", "253", "254", "256", "257", "258", "233", "230", "232", "262", "263"), _INSIDE
     ),
+    "241": "the control switches the spindle's speed, its sense and the coolant inside the hole",
     **dict.fromkeys(("209",), "a tap that is turned back and forth to break chips, coupled to the spindle's angle"),
     **dict.fromkeys(
         ("20", "21", "22", "23", "24", "25", "27", "28", "270", "275"), "a contour that the control itself clears"
@@ -117,12 +119,18 @@ def _check(number: int, q: Mapping[int, float]) -> None:
             f"cycle {number} with Q395 or Q343: its depth by the tool's tip angle", hint="name the depth of the tip (0)"
         )
     bite = q.get(202, 0.0)
-    least = max(q[205], 0.0) if number == 203 and q[212] > 0.0 else bite
+    if number == 205 and (q[257] or q.get(379)):
+        raise ToolpathError(
+            "cycle 205 with Q257 or Q379: chips broken within a bite, or a start inside the hole",
+            hint="have the CAM system write the motions out, or break chips by cycle 203",
+        )
+    least = max(q[205], 0.0) if number in (203, 205) and q[212] > 0.0 else bite
     endless = bite > 0.0 and (not least > 0.0 or -q[201] / least > _MOST_PECKS)
-    if q[201] >= 0.0 or q[200] < 0.0 or q.get(212, 0.0) < 0.0 or q.get(208, 0.0) < 0.0 or endless:
+    stops = min(q.get(258, 0.0), q.get(259, 0.0)) < 0.0
+    if stops or q[201] >= 0.0 or q[200] < 0.0 or q.get(212, 0.0) < 0.0 or q.get(208, 0.0) < 0.0 or endless:
         raise ToolpathError(
             f"cycle {number} with a depth or bite that makes no hole",
-            hint="check Q200, Q201, Q202, Q205, Q208 and Q212",
+            hint="check Q200, Q201, Q202, Q205, Q208, Q212, Q258 and Q259",
         )
 
 
@@ -259,13 +267,16 @@ def _drilled(number: int, q: Mapping[int, float], z: float | None, line: int, sp
         return
     yield from _down(number, q, line)
     yield from _dwell(q.get(211), line)
-    if number in (201, 203):
+    if number in (201, 203) or (number == 205 and 208 in q):
         yield _out(q, top, line)
     yield Block(line, {"Z": _level(q)}, (0,))
 
 
 def _down(number: int, q: Mapping[int, float], line: int) -> Iterator[Block]:
-    """To the depth, bite by bite; cycle 203 breaks the chip Q213 times before it comes out, and takes Q212 off each bite."""
+    """To the depth, bite by bite; cycles 203 and 205 take Q212 off each, 203 breaks the chip Q213 times before it comes out."""
+    if number == 205:
+        yield from _universal(q, line)
+        return
     top, depth, bite, breaks = q[203] + q[200], q[203] + q[201], q.get(202, 0.0) if number in (200, 203) else 0.0, 0
     at = q[203]
     while at > depth + _EVEN:
@@ -282,7 +293,26 @@ def _down(number: int, q: Mapping[int, float], line: int) -> Iterator[Block]:
             yield from _dwell(q.get(210), line)
             yield Block(line, {"Z": min(top, at + q[200])}, (0,))
         if number == 203:
-            bite = max(bite - q[212], min(q[205], bite)) if q[212] > 0.0 else bite
+            bite = _next_bite(q, bite)
+
+
+def _next_bite(q: Mapping[int, float], bite: float) -> float:
+    return max(bite - q[212], min(q[205], bite)) if q[212] > 0.0 else bite
+
+
+def _universal(q: Mapping[int, float], line: int) -> Iterator[Block]:
+    """Cycle 205: out in rapid behind each bite, and back to Q258 above the first, Q259 above the last but one, evenly between."""
+    top, depth, bite = q[203] + q[200], q[203] + q[201], q[202]
+    ends = [q[203] - bite] if 0.0 < bite < -q[201] - _EVEN else [depth]
+    while ends[-1] > depth + _EVEN:
+        bite = _next_bite(q, bite)
+        ends.append(max(depth, ends[-1] - bite))
+    for i, end in enumerate(ends):
+        yield Block(line, {"Z": end, "F": q[206]}, (10,))
+        if i + 1 < len(ends):
+            share = i / max(len(ends) - 2, 1)
+            yield Block(line, {"Z": top}, (0,))
+            yield Block(line, {"Z": min(top, end + q[258] + share * (q[259] - q[258]))}, (0,))
 
 
 def _out(q: Mapping[int, float], top: float, line: int) -> Block:

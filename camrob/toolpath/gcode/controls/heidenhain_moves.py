@@ -24,6 +24,7 @@ from camrob.toolpath.gcode.controls.heidenhain_words import (
     shifts,
     spatial,
     tool_call,
+    unread,
 )
 from camrob.toolpath.gcode.corner import Corner
 from camrob.toolpath.gcode.lexer import Block, Plane
@@ -59,8 +60,7 @@ class HeidenhainMoves:
         self._frames = Frames()
         self._preset: float | None = None  # the datum of the machine's table (247)
         self._moved = False  # the program has named a place of the part's
-        self._begun = False
-        self._tcp = False
+        self._begun = self._tcp = False
         self._shortest = False  # M126: rotary axes go the shorter way round
         self._corner: Corner | None = None  # at the end of the next straight cut
         self._rounded = False  # the last one has taken it
@@ -115,7 +115,7 @@ class HeidenhainMoves:
                 f"{text[:24]}: a touch probe's cycle, which measures the part", hint="measure before, and take it out"
             )
         elif not _NOTHING_HERE.match(text):
-            raise ToolpathError(f"{text[:28]!r} is not read", hint="have the CAM system write the motions out")
+            raise unread(text)
 
     def _close_corner(self) -> None:
         """RND or CHF itself, which the cut before it has taken in."""

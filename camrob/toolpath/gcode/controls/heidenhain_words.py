@@ -32,6 +32,7 @@ __all__ = [
     "shifts",
     "spatial",
     "tool_call",
+    "unread",
 ]
 
 MACHINE = frozenset((91, 92))
@@ -326,3 +327,12 @@ class Frames:
         if not self.set:
             return PLAIN
         return ProgramFrame(mirrored(letters) if letters else turned(deg_to_rad(angle)), np.zeros(3))
+
+
+def unread(text: str) -> ToolpathError:
+    """That a statement is not read, and where that can be told why, as an error to be raised."""
+    why, cure = "", "have the CAM system write the motions out"
+    if re.match(r"(?:APPR|DEP) ", text):
+        why = ": the way onto or off a contour that the control offsets by the tool's radius"
+        cure = "have the CAM system write the path of the tool's centre, with its way in and out"
+    return ToolpathError(f"{text[:28]!r} is not read{why}", hint=cure)

@@ -10,7 +10,7 @@ from camrob.toolpath.gcode.lexer import strip_comments
 
 __all__ = ["DEEPEST", "MOST_STEPS", "Line", "StepCount", "prepared", "unset"]
 
-MOST_STEPS = 500_000  # lines run: a surface by a macro has a tenth of it
+MOST_STEPS = 100_000  # lines run: a surface by a macro has half of it
 DEEPEST = 15  # calls in calls: Fanuc allows 4 + 10, LinuxCNC 10, Siemens 16
 _LABEL = re.compile(r"N([0-9]+)")
 
@@ -48,14 +48,19 @@ class StepCount:
         self.steps += 1
         if self.steps > MOST_STEPS:
             raise ToolpathError(
-                f"the program has not ended after {MOST_STEPS} lines: a loop without an end",
+                f"the program has not ended after {MOST_STEPS} lines: a loop without an end, or more than is run here",
                 hint="check the loop's condition, or have the path written out as plain blocks",
                 line=line,
             )
 
 
-def unset(name: str) -> ToolpathError:
-    """That a variable's value is not to be had from the file, as an error to be raised."""
+def unset(name: str, given: str = "") -> ToolpathError:
+    """That a variable's value is not to be had from the file, as an error to be raised; `given`: what may have set it else."""
+    if given:
+        return ToolpathError(
+            f"{name} is read and the program has given it no value: it is what {given}, or the machine's state",
+            hint=f"post the program that calls this one with both in one file, or set {name} before it is used",
+        )
     return ToolpathError(
         f"{name} is read and the program has given it no value: what it holds is the machine's state",
         hint=f"set {name} in the program before it is used, or have the path written out as plain blocks",

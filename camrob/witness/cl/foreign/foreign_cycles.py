@@ -41,6 +41,7 @@ _KLARTEXT = {
     "200": (200, 201, 202, 203, 204, 206),
     "201": (200, 201, 203, 204, 206, 208),
     "203": (200, 201, 202, 203, 204, 205, 206, 208, 212, 213),
+    "205": (200, 201, 202, 203, 204, 205, 206, 212, 257, 258, 259),
     "206": (200, 201, 203, 204, 206),
     "207": (200, 201, 203, 204, 239),
     "240": (200, 201, 203, 204, 206),
@@ -94,6 +95,7 @@ class Hole(NamedTuple):
     lift: float | None = None  # by so much the tool is drawn back for that, None: by a machine parameter
     kept: bool = False  # the tool stays in the hole between its bites
     entry: float = 1.0  # the first bite's share of the feed
+    swift: bool = False  # out in rapid between its bites, whatever the feed out of its bottom
 
 
 def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
@@ -131,7 +133,7 @@ def drill_here(reader: ForeignReader, hole: Hole, line: int) -> None:
         entry = hole.entry * feed
     elif hole.entry != 1.0:
         feed *= hole.entry
-    fed, lift = hole.feed_out is not None, None if hole.lift is None else hole.lift * scale
+    fed, lift = hole.feed_out is not None and not hole.swift, None if hole.lift is None else hole.lift * scale
     if hole.bites:
         lows = tuple((hole.clear - low) * scale for low in hole.bites)
         most = max(b - a for a, b in zip((0.0, *lows), lows, strict=False))
@@ -256,20 +258,24 @@ def _shorter(surface: float, bite: float, end: float, value: Mapping[str, float]
 
 
 def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
-    """Cycles 200, 201, 203, 206, 207 and 240 by their Q numbers. Raises UnreadError for others, and for what they don't say."""
+    """Cycles 200 to 207 and 240 by their Q numbers, some of them. Raises UnreadError for the others."""
     if any(name not in q for name in _KLARTEXT.get(number, (-1,))) or q.get(395) or q.get(343):
         raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
-    surface, deep = q[203], -q[201]
-    bite = q[202] if number in ("200", "203") and 0.0 < q[202] < deep - 1e-9 else 0.0
+    surface, deep, universal = q[203], -q[201], number == "205"
+    if universal and (q[257] or q.get(379)):
+        raise UnreadError("CYCL DEF 205 that breaks chips within a bite, or begins inside the hole")
+    bite = q[202] if number in ("200", "203", "205") and 0.0 < q[202] < deep - 1e-9 else 0.0
     breaks = q[213] if bite and number == "203" else 0.0
     if breaks % 1.0 or breaks < 0.0:
         raise UnreadError("CYCL DEF 203 that breaks its chips an odd number of times")
-    less = q[212] if bite and number == "203" else 0.0  # by so much a bite is shorter than that before it, down to Q205
+    less = (
+        q[212] if bite and number in ("203", "205") else 0.0
+    )  # by so much a bite is shorter than that before it, down to Q205
     if less < 0.0 or (less and not 0.0 < q[205] <= bite):
-        raise UnreadError("CYCL DEF 203 in bites that grow, or have no least depth")
+        raise UnreadError(f"CYCL DEF {number} in bites that grow, or have no least depth")
     if bite and q.get(210):
         raise UnreadError("a cycle that dwells between its bites")
-    back = (q[208] or q[206]) if number in ("201", "203") else None
+    back = (q[208] or q[206]) if number in ("201", "203") or (universal and 208 in q) else None
     clear = surface + q[200]
     level = max(clear, surface + q[204])
     if number in ("206", "207"):
@@ -287,6 +293,7 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         bites=_shorter(surface, bite, surface - deep, {"DAM": less, "MDEP": q[205]}) if less else (),
         breaks=int(breaks),
         lift=(q.get(256) or None) if breaks else None,
+        swift=universal,
     )
 
 

@@ -354,7 +354,7 @@ class KlartextReader(CycleCalls):
         taken = self._in_force.take(rest, self._called_feed)
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
             return
-        if main in ("200", "201", "203", "206", "207", "240"):
+        if main in ("200", "201", "203", "205", "206", "207", "240"):
             self._in_force.define(main, taken)
         elif main in ("220", "221"):
             self._holes(self._in_force.again(main, taken), line)

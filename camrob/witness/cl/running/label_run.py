@@ -20,6 +20,7 @@ _LABEL = re.compile(rf"LBL ?{_NAME}")
 _CALL = re.compile(rf"CALL LBL ?{_NAME}(?: ?REP ?(\d+|Q[LR]?\d+)(?: ?/ ?(\d+|Q[LR]?\d+))?)?")
 _JUMP = re.compile(rf"FN ?(9|10|11|12) ?: ?IF ?{_VALUE} ?(EQU|NE|GT|LT) ?{_VALUE} ?GOTO LBL ?{_NAME}")
 _SIGNS = {"9": "EQU", "10": "NE", "11": "GT", "12": "LT"}
+_LAST = re.compile(r"\bM0*(?:2|30)(?!\d)|^(?:END|BEGIN) PGM|^STOP\b")
 _NESTED = 8  # subprograms in one another, as older controls have it
 
 
@@ -100,6 +101,14 @@ class LabelRun(Ordered):
         self._counts.pop(at, None)
         return at + 1
 
+    def _leave(self, target: int) -> None:
+        """On at a label elsewhere: the LBL 0 behind that ends the call. Raises UnreadError where the program ends before it."""
+        ends = (i for i in range(target, len(self.rows)) if re.fullmatch(r"LBL ?0+", self.rows[i][1]))
+        last = next(ends, -1)
+        if last < 0 or any(_LAST.search(row) for _, row in self.rows[target:last]):
+            raise UnreadError("a jump out of a subprogram")
+        self._frames[-1] = self._frames[-1]._replace(first=target, last=last)
+
     def _jump(self, at: int, found: re.Match[str]) -> int:
         if _SIGNS[found[1]] != found[3]:
             raise UnreadError(f"FN {found[1]} with {found[3]}")
@@ -108,7 +117,7 @@ class LabelRun(Ordered):
             return at + 1
         target = self._place(found[5])
         if self._frames and not self._frames[-1].first <= target <= self._frames[-1].last:
-            raise UnreadError("a jump out of a subprogram")
+            self._leave(target)
         for call in self._counts:
             if not self._begins[call] <= target <= call:
                 self._counts[call] = None

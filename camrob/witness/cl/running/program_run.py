@@ -16,6 +16,7 @@ __all__ = ["run_of"]
 _COMPUTED = re.compile(r"[#\[=]|^(/\d?)?(N\d+)?(IF|GOTO|WHILE|DO\d|END\d)|M0*9[789](?![\d.])|G0*6[567](?![\d.])")
 _MACRO = re.compile(r"^(/\d?)?(N\d+)?(IF\[|WHILE\[|GOTO|DO\d|END\d)|M0*9[789](?![\d.])|G0*6[567](?![\d.])")
 _O_WORDS = re.compile(r"#<|\*\*|EXISTS\[")
+_CUT_SHORT = "WHILE ROUND FIX FUP SIN COS TAN ASIN ACOS ATAN SQRT ABS EXP".split()
 _SUM = re.compile(r"^(N\d+)?#[^=]*=(.*)")
 
 
@@ -25,6 +26,7 @@ def run_of(rows: list[Row], ask: Ask, *, own: bool = False) -> Running | None:
     own: the file's suffix is LinuxCNC's.
     Raises UnreadError for a program of two controls.
     """
+    rows = [(line, _in_full(block)) for line, block in rows]
     if not any(_COMPUTED.search(block) or O_WORD.match(block) for _, block in rows):
         return None
     words = any(O_WORD.match(block) for _, block in rows)
@@ -35,6 +37,14 @@ def run_of(rows: list[Row], ask: Ask, *, own: bool = False) -> Running | None:
     if fanuc and linuxcnc:
         raise UnreadError("words of Fanuc's and of LinuxCNC's")
     return OWordRun(rows, styles, ask) if linuxcnc else MacroRun(rows, styles, ask)
+
+
+def _in_full(block: str) -> str:
+    """Fanuc's words that stand there by two letters (B-63944, 15.2): WH[ for WHILE[, RO[ for ROUND[ and so on."""
+    for word in _CUT_SHORT if "[" in block else ():
+        block = re.sub(rf"(?<![A-Z]){word[:2]}(?=\[)", word, block)
+    block = re.sub(r"\]TH(?!EN)(?=[A-Z#])", "]THEN", re.sub(r"\]GO(?=[\d#\[])", "]GOTO", block))
+    return re.sub(r"^((?:N\d+)?)EN(?=\d+$)", r"\1END", block)
 
 
 def _summed(block: str) -> bool:
