@@ -1,0 +1,1 @@
+"""A twelfth author's sealed cases: how technicians measure."""
