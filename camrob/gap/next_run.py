@@ -13,7 +13,7 @@ from camrob.gap.experiment.experiment import Doubt, Experiment, named, plan_expe
 from camrob.gap.experiment.isolating import looks_like, run_for_unknown
 from camrob.gap.experiment.motions import TrialMotion
 from camrob.gap.locate.localise import axes_of
-from camrob.gap.verdict.remains import suspects
+from camrob.gap.locate.sits_at import suspects
 from camrob.gap.verdict.verdict import Verdict
 from camrob.summaries.diagnosis_summary import ExperimentFigures
 from camrob.units import mm_to_m

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.design import NUISANCE, Design
 
-__all__ = ["alias_groups", "covered_by"]
+__all__ = ["alias_groups", "alias_lists", "covered_by"]
 
 Array = NDArray[np.float64]
 
@@ -65,3 +68,10 @@ def covered_by(design: Design, total: Array, values: Array, effect: str, share: 
         if B.shape[1] and float(np.sum((B.T @ total @ values) ** 2)) > (1.0 - share) * energy:
             found.append(name)
     return tuple(found)
+
+
+def alias_lists(design: Design, library: Sequence[Effect], in_world: bool) -> tuple[tuple[str, ...], ...]:
+    """`alias_groups` of all rows, and pairs that poses in world can't part where the table's turning doesn't (`in_world`)."""
+    groups = [tuple(g) for g in alias_groups(design, design.A.sum(axis=0))]
+    pairs = [(e.name, e.twin_in_world) for e in library if e.twin_in_world]
+    return (*groups, *(pairs if in_world else []))

@@ -24,6 +24,9 @@ _FEWEST_CYCLES, _PER_CYCLE = 2.0, 6.0  # of a period within the travel, and samp
 _WORTH = 0.1  # share of the energy beyond a constant that a pattern explains at the least
 _RIDGE = 1e-9
 _COEFFICIENTS = {"speed": "s", "acceleration": "s2"}
+_MOSTLY, _BY_SIZE = 0.5, 0.25  # share below which a pattern is not all, and of an error's size, from which that is one
+_RANGES, _STRETCHES, _FOLDS = 12, 24, 8  # of what a size may follow, and of a log
+_EXTREME = 0.999  # quantile of squares, beyond which one counts as that
 
 
 def axes_report(scenes: Sequence[Scene]) -> dict[str, AxisReport]:
@@ -134,6 +137,9 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> Erro
             unit="mm" if linear else "deg",
             period=edge(period),
         )
+    by_size, share = _size_follows(parts, k) if shares[best] < _MOSTLY else ("", 0.0)
+    if share > _BY_SIZE:
+        return ErrorPattern(follows=by_size, share=share, coefficient=None, unit="", period=None)
     if shares[best] < _WORTH:
         return nothing
     solved = _solved(np.concatenate([X[n] for n in names], axis=1), y)
@@ -145,6 +151,39 @@ def _pattern(parts: Sequence[tuple[Scene, Array]], k: int, linear: bool) -> Erro
         coefficient = edge(0.5 * float(np.quantile(moved, 0.98) - np.quantile(moved, 0.02)))
         unit = "mm" if linear else "deg"
     return ErrorPattern(follows=best, share=shares[best], coefficient=coefficient, unit=unit, period=None)
+
+
+def _size_follows(parts: Sequence[tuple[Scene, Array]], k: int) -> tuple[str, float]:
+    """What the size of an axis's error follows most, whichever way it is off, and the share of the changes of its square that
+    this shows on stretches left out: what rings at a speed, sags under an acceleration or rubs at a place swings to both sides.
+    """
+    found: dict[str, list[Array]] = {"speed": [], "acceleration": [], "position": []}
+    squares, folds = [], []
+    for scene, error in parts:
+        u = scene.command[:, k]
+        v, a = (scene.velocity(u[:, None], order)[:, 0] for order in (1, 2))
+        for name, x in (("speed", np.abs(v)), ("acceleration", np.abs(a)), ("position", u)):
+            found[name].append(x)
+        squares.append((error - np.median(error)) ** 2)
+        folds.append((np.arange(len(u)) * _STRETCHES // len(u)) % _FOLDS)
+    square, fold = np.concatenate(squares), np.concatenate(folds)
+    square = np.minimum(square, np.quantile(square, _EXTREME))
+    shares = {n: _shown(np.concatenate(x), square, fold) for n, x in found.items()}
+    best = max(shares, key=lambda n: shares[n])
+    return best, shares[best]
+
+
+def _shown(x: Array, square: Array, fold: NDArray[np.int64]) -> float:
+    """Share of the changes of squares (N,) that their mean in ranges of x (N,) shows, each fold by the others' means."""
+    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _RANGES + 1)[1:-1]))
+    at, whole = np.digitize(x, edges), float(np.sum((square - square.mean()) ** 2))
+    sums, counts = (
+        np.array([np.bincount(at[fold == f], w[fold == f], len(edges) + 1) for f in range(_FOLDS)])
+        for w in (square, np.ones(len(x)))
+    )
+    rest, count = sums.sum(axis=0) - sums, counts.sum(axis=0) - counts
+    mean = np.where(count > 0.0, rest / np.maximum(count, 1.0), square.mean())
+    return 1.0 - float(np.sum((square - mean[fold, at]) ** 2)) / max(whole, 1e-300)
 
 
 def _periodic(u: Array, y: Array) -> tuple[float, float]:

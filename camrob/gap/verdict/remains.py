@@ -7,21 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from camrob.cell.joint import Role
-from camrob.gap.effects.common import arm_axes
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, members_of, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, Trial
-from camrob.gap.evidence.unknown import CONSTANT, FORCE, LAST_MOVE, LOAD, UNKNOWN, is_moment
+from camrob.gap.evidence.unknown import CONSTANT, LOAD, UNKNOWN
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.late_together import late_together
 from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, LikelyPart, likely_part
 from camrob.gap.locate.localise import axes_of, regimes_of
 from camrob.gap.locate.periodic import TIME, periodic
 from camrob.gap.locate.single_shape import SingleShape, single_shape
+from camrob.gap.locate.sits_at import regime_followed, sits_at
 from camrob.gap.verdict.plausible import unknown_text
-from camrob.summaries.diagnosis_summary import RegimeLeft, Unknown, UnknownPlace, UnknownShape
+from camrob.summaries.diagnosis_summary import EffectFound, RegimeLeft, Unknown, UnknownPlace, UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = [
@@ -34,7 +33,6 @@ __all__ = [
     "remains",
     "removed_share",
     "residual_regimes",
-    "suspects",
 ]
 
 NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
@@ -49,7 +47,6 @@ def claims(model: Model, probability: Mapping[str, float]) -> Set:
 
 
 _ARM = "encoder_to_tcp"
-_BY_MOTION = ("speed of", "direction of")  # how a quantity begins that an axis's own drive and gear make
 _APART = 1000  # blocks of fitted logs are fewer
 _CLEAR = 0.05  # p value under which what stays follows something
 _WORTH = 0.1  # share of its energy from which that is worth a word
@@ -113,15 +110,19 @@ def remains(
     shapes: Sequence[UnknownShape],
     regimes: Sequence[RegimeLeft],
     implausible: Mapping[str, str],
+    unsure: Sequence[EffectFound],
 ) -> Unknown:
     """What is unknown. panels: without the claimed effects; together: by how much these shrink the gap; shapes: of the
-    unexplained, where its place has one; regimes: of the residual; implausible: effects that would fit with such values.
+    unexplained, where its place has one; regimes: of the residual; implausible: effects that would fit with such values; unsure:
+    claims that are likely and no more.
     """
     rms, share = beyond_noise(together, model.noise)
     if probability < 0.5:
         where, text, shapes = NOWHERE, "", ()
     else:
         where, text, shapes = _placed(model, panels, rms, shapes, regimes)
+        if unsure and not where.axes and not where.regimes:
+            where, text = _at_unsure(where, text, max(unsure, key=lambda e: e.moves_mm))
     return Unknown(
         probability=probability,
         rms_mm=m_to_mm(rms),
@@ -163,9 +164,9 @@ def _placed(
     text += f", and follows {' and '.join(led)}" if led and not where.comes_back else ""
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
-        carriers = [s.moves if s.stage != _ARM else _sits_at(s.moves, s.follows, model) for s in shapes]
+        carriers = [s.moves if s.stage != _ARM else sits_at(s.moves, s.follows, model) for s in shapes]
         at = tuple(a for a in dict.fromkeys(carriers) if a in model.scenes[0].axes)
-        kinds = tuple(k for k in dict.fromkeys(_regime(s.follows) for s in shapes) if k)
+        kinds = tuple(k for k in dict.fromkeys(regime_followed(s.follows) for s in shapes) if k)
         where = replace(where, stage=shapes[0].stage, axes=at, regimes=kinds)
         text = unknown_text(model, shapes)
     return where, text, shapes
@@ -201,6 +202,14 @@ def _of_part(
     return replace(where, axes=axes, regimes=(part.follows, *rest), comes_back=back), text, ()
 
 
+def _at_unsure(where: UnknownPlace, text: str, claim: EffectFound) -> tuple[UnknownPlace, str]:
+    """The place of what stays beside a claim that may be a likeness of it and is known by nothing of its own: the claim's."""
+    axes = claim.stands_out or claim.axes[:1]
+    of = f" of {' and '.join(axes)}" if axes else ""
+    text += f"; {claim.effect.replace('_', ' ')}{of}, which is not sure, is likely to be a part of it"
+    return replace(where, axes=tuple(axes), regimes=tuple(claim.regimes)), text
+
+
 def _taken_by_shapes(model: Model, panels: Sequence[Panel]) -> float:
     """Share of the energy beyond the noise that the shapes of the unknown in the best set take of what stays."""
     own = members_of(model, UNKNOWN.name)
@@ -231,7 +240,7 @@ def at_drive(stays: Unknown, model: Model, panels: Sequence[Panel], axis: str, w
     load = np.concatenate([s.torque[:, k] for s in model.scenes])
     if drive is not None and not follows and _stands(drive.mean, drive.rms):
         follows = LOAD if _stands(float(load.mean()), float(np.sqrt(np.mean(load**2)))) else ""
-    own = [_regime(s.follows) for s in stays.shapes if s.moves == axis and s.stage != _ARM]
+    own = [regime_followed(s.follows) for s in stays.shapes if s.moves == axis and s.stage != _ARM]
     follows = follows or next(filter(None, own), "")
     axes: tuple[str, ...] = (axis,)
     if late_together(model.scenes):
@@ -284,7 +293,7 @@ def _of_one(where: UnknownPlace, one: SingleShape | None, model: Model) -> Unkno
     """The place of what one part explains most of; as it was where none does."""
     if one is None or one.share < _OF_AXIS:
         return where
-    axis, regime = _sits_at(one.moves, one.follows, model), _regime(one.follows)
+    axis, regime = sits_at(one.moves, one.follows, model), regime_followed(one.follows)
     axes = (axis,) if axis in model.scenes[0].axes else ()
     return replace(where, axes=axes, regimes=(regime, *(n for n in where.regimes if n != regime)))
 
@@ -292,7 +301,7 @@ def _of_one(where: UnknownPlace, one: SingleShape | None, model: Model) -> Unkno
 def _followed_by_axis(where: UnknownPlace, panels: Sequence[Panel], noise: float) -> UnknownPlace:
     """The place with what its axis follows most, where that is worth a word."""
     one = single_shape(panels, noise, moves=where.axes[0]) if where.axes else None
-    regime = "" if one is None or one.share < _WORTH else _regime(one.follows)
+    regime = "" if one is None or one.share < _WORTH else regime_followed(one.follows)
     return replace(where, regimes=(regime,)) if regime else where
 
 
@@ -309,41 +318,6 @@ def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one
     best = max(sorted(taken), key=lambda a: taken[a], default="")
     least = max(_OF_NAME, 0.0 if one is None else one.share)
     return replace(where, axes=(best,)) if best and taken[best] > least else where
-
-
-def suspects(model: Model, unknown: Unknown) -> list[str]:
-    """Axes whose own motion may show what is unexplained: those that it moves, and those that it follows."""
-    named = [a for s in unknown.shapes for a in (_sits_at(s.moves, s.follows, model), s.moves, _followed(s.follows))]
-    return [a for a in dict.fromkeys([*named, *unknown.where.axes]) if a in model.scenes[0].axes]
-
-
-def _sits_at(moves: str, follows: str, model: Model) -> str:
-    """The axis at which a shape behind the encoders sits: the one that it follows where it moves no axis, or another one with its
-    speed or its side, or an axis of the arm by the motion of a carriage or a table, of which an arm knows nothing; or the arm's
-    last one, whose angle moves an axis before it by hoses that it winds, or by what is held askew.
-    """
-    scene, axis = model.scenes[0], _followed(follows)
-    roles = {a: scene.cell.joints[scene.cell.index(a)].role for a in (moves, axis) if a in scene.axes}
-    foreign = roles.get(moves) is Role.ARM and roles.get(axis) in (Role.CARRIAGE, Role.WORKPIECE)
-    by_motion = axis in roles and follows.startswith(_BY_MOTION)
-    wound = follows == axis and axis in arm_axes(scene.cell)[-1:]
-    return axis if moves not in roles or foreign or by_motion or wound else moves
-
-
-def _followed(follows: str) -> str:
-    """The axis that a shape follows, itself or in its speed, direction or torque."""
-    return follows.rpartition(" ")[2]
-
-
-def _regime(follows: str) -> str:
-    """What a shape follows, as one of the regimes; "" for a constant."""
-    if is_moment(follows):
-        return "time"
-    kind, _, axis = follows.rpartition(" ")
-    named = {"torque on": "load", "force": "force", LAST_MOVE: "direction"}.get(kind, kind.removesuffix(" of"))
-    return named or {CONSTANT: "", LOAD: LOAD, FORCE: FORCE, "time": "time", "temperature": "temperature"}.get(
-        axis, "position"
-    )
 
 
 def _stage(panels: Sequence[Panel], model: Model, counts: float = 1.0) -> str:

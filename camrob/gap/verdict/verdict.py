@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from camrob.gap.effects.effect import Effect
-from camrob.gap.evidence.aliases import alias_groups
+from camrob.gap.evidence.aliases import alias_lists
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms, members_of
@@ -169,7 +169,8 @@ def _said(
         unknown = _without_claims(model, together, unknown, sets, beyond=BEYOND in within.values())
     # a shape in the best set alone, while the sets beside it do without, is no finding
     shapes = unknown_shapes(model) if unknown >= 0.5 else []
-    stays = remains(model, left, together, unknown, shapes, regimes, reasons)
+    unsure = [e for e in entries if e.claimed and e.probability <= BELIEF.likely]
+    stays = remains(model, left, together, unknown, shapes, regimes, reasons, unsure)
     if claimed and stays.where.stage == "setpoint_to_encoder" and not at_drives(model, library).intersection(claimed):
         drive, words = drives_beyond(model.scenes, model.noise)
     if drive:
@@ -188,7 +189,7 @@ def _said(
         together=_together(model, trial, members, together, handed),
         alternatives=tuple(sets),
         unknown=stays,
-        aliases=_alias_lists(model, library, in_world),
+        aliases=alias_lists(model.design, library, in_world),
         residual=Residual(
             rms_mm=m_to_mm(together.rms_after),
             noise_mm=m_to_mm(model.noise),
@@ -378,12 +379,6 @@ def _without_harmful(model: Model, trial: Trial) -> Model:
                 sets[kept] = sets.get(kept, 0.0) + p
             model = replace(model, best=model.fit(rest), sets=sets)
     return model
-
-
-def _alias_lists(model: Model, library: Sequence[Effect], in_world: bool) -> tuple[tuple[str, ...], ...]:
-    groups = [tuple(g) for g in alias_groups(model.design, model.design.A.sum(axis=0))]
-    pairs = [(e.name, e.twin_in_world) for e in library if e.twin_in_world]
-    return (*groups, *(pairs if in_world else []))
 
 
 def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown) -> str:

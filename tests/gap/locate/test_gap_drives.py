@@ -86,6 +86,20 @@ def test_an_axis_tells_what_its_error_follows_and_how_much(name: str) -> None:
         assert found["period"] == pytest.approx(np.rad2deg(2 * np.pi / 60.0), rel=0.02)
 
 
+def test_an_axis_that_rings_at_a_speed_follows_it_to_whichever_side_it_is_off() -> None:
+    """A belt sings, an amplifier runs short: what swings to both sides follows nothing by its sign."""
+    u = path(6)
+    speed = np.abs(np.gradient(u[:, 2], STEP))
+    at = np.exp(-(((speed - np.quantile(speed, 0.7)) / (0.15 * speed.max())) ** 2))
+    encoder = u.copy()
+    encoder[:, 2] += 2e-4 * at * np.sin(2.0 * np.pi * 11.3 * T)
+    report = axes_report([make_scene(log(ur10(), u, encoder), ur10())])
+    found, quiet = (report[a].to_json()["pattern"] for a in ("A3", "A1"))
+    assert (found["follows"], found["coefficient"], found["period"]) == ("speed", None, None)
+    assert 0.25 < found["share"] <= 1.0
+    assert quiet["follows"] == "constant"
+
+
 def test_the_error_of_an_axis_is_reported_at_the_tool_too_and_against_noise_and_tolerance() -> None:
     u = path(1)
     encoder = u + 1e-4

@@ -15,9 +15,9 @@ from camrob.cell.read_cell import read_cell
 from camrob.gap.evidence.design import Panel, build_units, make_panel
 from camrob.gap.locate.late_together import late_together
 from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, _fastest, likely_part
+from camrob.gap.locate.sits_at import sits_at
 from camrob.gap.observation.noise import noise_of
 from camrob.gap.observation.scene import Scene, make_scene
-from camrob.gap.verdict.remains import _sits_at
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
 
@@ -196,13 +196,13 @@ def test_what_goes_with_a_table_or_a_carriage_is_theirs_and_no_axis_s_of_the_arm
 def test_an_axis_that_moves_as_the_table_turns_stands_for_the_table() -> None:
     """An arm knows nothing of how far a table has turned."""
     model = SimpleNamespace(scenes=[of_kr15(bowed, in_base=False).scene])
-    assert _sits_at("A3", "E2", model) == "E2"
-    assert _sits_at("A1", "speed of E1", model) == "E1"
-    assert _sits_at("A4", "speed of A1", model) == "A1" and _sits_at("A4", "direction of A4", model) == "A4"
-    assert _sits_at("A3", "A2", model) == "A3" and _sits_at("E2", "A2", model) == "E2"
+    assert sits_at("A3", "E2", model) == "E2"
+    assert sits_at("A1", "speed of E1", model) == "E1"
+    assert sits_at("A4", "speed of A1", model) == "A1" and sits_at("A4", "direction of A4", model) == "A4"
+    assert sits_at("A3", "A2", model) == "A3" and sits_at("E2", "A2", model) == "E2"
     # hoses that the last axis winds pull at those before it; an arm's own weight does through the others
-    assert _sits_at("A5", "A6", model) == "A6" and _sits_at("A2", "A3", model) == "A2"
-    assert _sits_at("foot z", "A2", model) == "A2" and _sits_at("foot z", "time", model) == "time"
+    assert sits_at("A5", "A6", model) == "A6" and sits_at("A2", "A3", model) == "A2"
+    assert sits_at("foot z", "A2", model) == "A2" and sits_at("foot z", "time", model) == "time"
 
 
 def test_an_axis_that_comes_and_goes_with_the_time_is_named_with_its_period(tmp_path: Path) -> None:
