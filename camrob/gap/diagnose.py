@@ -25,6 +25,7 @@ from camrob.gap.evidence.shrink import trial_of
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.by_stage import STAGES, StageGaps, lacking, stage_gaps
 from camrob.gap.locate.corners import judge_corners, with_corners
+from camrob.gap.locate.drive_friction import with_friction
 from camrob.gap.locate.load_from_drives import load_from_drives
 from camrob.gap.locate.local_place import with_local_poses
 from camrob.gap.locate.localise import (
@@ -138,6 +139,7 @@ def diagnose(
     said = _said(
         cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late, moved=own is not None
     )
+    said = replace(said, axes_report=with_friction(said.axes_report, [*scenes, *kept_out]))
     summary = with_local_poses(with_corners(said, corners), scenes)
     tell("done", 1.0)
     return Diagnosis(

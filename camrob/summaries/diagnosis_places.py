@@ -11,6 +11,7 @@ from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
 __all__ = [
     "AddedLoad",
     "AxisError",
+    "AxisFriction",
     "AxisReport",
     "ChangePoint",
     "CircleDeviation",
@@ -243,11 +244,37 @@ class DriveError(Summary):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AxisFriction(OpenSummary):
+    """What friction takes of an axis's torque or current (`source`) in `unit`, with its standard error, at its usual `speed`
+    (degrees a second, or mm of a `linear` one) in the `log` where it is most; share: of the motor's energy; by_log: in every log.
+
+    grown: probability that it has grown; times: as many as is expected, None where nothing says what is; against: the log in
+    which it is less, "" where the other axes are all that it can be held to.
+    """
+
+    source: str
+    unit: str
+    linear: bool
+    speed: float
+    size: float
+    std: float
+    share: float
+    by_log: Mapping[str, float]
+    grown: float
+    times: float | None
+    against: str
+    log: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AxisReport(OpenSummary):
-    """An axis: its drive's error where set-points are logged, and that between motor-side and link-side encoder."""
+    """An axis: its drive's error where set-points are logged, that between motor-side and link-side encoder, and its friction
+    where torques or currents are.
+    """
 
     drive: DriveError | None = spread()
     motor_to_link: AxisError | None = left_out()
+    friction: AxisFriction | None = left_out()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

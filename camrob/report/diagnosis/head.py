@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, sqrt
 
+from camrob.report.diagnosis.grown_friction import friction_first, friction_what, friction_where
 from camrob.report.diagnosis.numbers import beyond_ordinary, fitted, mm, share, sure, to_mm
 from camrob.report.diagnosis.sentences import between, only_first, plain_name
 from camrob.report.diagnosis.to_do import hardly_likelier, in_doubt
@@ -37,7 +38,8 @@ _TRIFLE = 0.2  # of what the largest cause moves the tool by
 
 def head_lines(summary: DiagnosisSummary) -> list[tuple[str, str]]:
     """Up to three lines, each with its heading: what, where, what to do first."""
-    lines = [("What", _with_local(summary)), ("Where", _where(summary)), ("Do first", _first(summary))]
+    what, where = _with_local(summary) + friction_what(summary), _where(summary) + friction_where(summary)
+    lines = [("What", what), ("Where", where.strip()), ("Do first", _and_friction(summary, _first(summary)))]
     return [(name, printable(text)) for name, text in lines if text]
 
 
@@ -261,6 +263,16 @@ def _first(summary: DiagnosisSummary) -> str:
     if inside and inside[0] in doubtful and clear and clear[0].moves_mm >= _TRIFLE * inside[0].moves_mm:
         step = f"{step}. {_capital(plain_name(clear[0].effect))}{_of(clear[0])}, which is clear: {_deed(clear[0])}"
     return " ".join([f"{_capital(step)}.", *left])
+
+
+def _and_friction(summary: DiagnosisSummary, step: str) -> str:
+    """The step, and what to do about grown friction: alone where there is no gap, ahead of what is to be left alone else."""
+    more = friction_first(summary)
+    if not more:
+        return step
+    if summary.status == "no gap":
+        return f"{_capital(more)}."
+    return f"{step} And {more}."
 
 
 def _of_these(clear: Sequence[EffectFound]) -> str:

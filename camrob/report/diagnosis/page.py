@@ -9,6 +9,7 @@ from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.bars import axes_read, place_charts, rest_charts, shrink_charts
 from camrob.report.diagnosis.charts import error_charts, residual_chart, space_clouds
 from camrob.report.diagnosis.drives import drives_section
+from camrob.report.diagnosis.grown_friction import friction_section
 from camrob.report.diagnosis.head import head_lines
 from camrob.report.diagnosis.next_section import next_section
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
@@ -70,6 +71,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
         *(section(str(c["title"]), _chart(c)) for c in along[:1]),
         _residual(summary, stays),
         drives_section(summary),
+        friction_section(summary),
         *place_sections(summary, paths),
         timing_section(summary),
         *(section(str(c["title"]), _chart(c)) for c in along[1:]),

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from camrob.report.diagnosis.drives import drives_texts
+from camrob.report.diagnosis.grown_friction import friction_texts
 from camrob.report.diagnosis.head import head_lines
 from camrob.report.diagnosis.next_section import next_words
 from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
@@ -89,7 +90,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
             ("by axis", _largest(where.axes, summary.blamed_axes)),
             ("by regime", _largest(where.regimes, summary.blamed_regimes)),
         ]
-    rows += [("by drive", text) for text in drives_texts(summary)]
+    rows += [("by drive", text) for text in (*drives_texts(summary), *friction_texts(summary))]
     if summary.claimed:
         rows.append(("together", f"{sizes_text(summary.together)}; the noise {mm(summary.gap.noise_mm)}"))
     rows += [("mind", text) for text in (careful_text(summary),) if text]
