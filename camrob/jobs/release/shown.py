@@ -63,22 +63,29 @@ def run_shown(
 
 
 def stock_shown(inputs: JobInputs, at: Array) -> StockOnPage | None:
-    """The set-up's stock as the path cuts it, at times `at` (N,); uncut where a cutter's shape is not known, or where the path is
-    too long; None where the set-up has no stock.
-    """
+    """The set-up's stock as the path cuts it, at times `at` (N,), or why it is shown uncut; None where the set-up has none."""
     if inputs.stock is None:
         return None
-    path, cutter = inputs.path, None
-    with suppress(SetupError):  # of no shape that a cutter has
-        cutter = cutter_of(inputs.tool, inputs.setup) if len(inputs.mounted) == 1 else None
-    if cutter is None or len(path) > _CARVED:
-        return StockOnPage(inputs.stock, None)
+    path = inputs.path
+    if len(inputs.mounted) != 1:
+        return StockOnPage(inputs.stock, "the program changes its tool")
+    try:
+        cutter = cutter_of(inputs.tool, inputs.setup)
+    except SetupError:
+        return StockOnPage(
+            inputs.stock, "no cutter has the shape that the set-up gives, a corner above half the diameter"
+        )
+    if cutter is None:
+        return StockOnPage(inputs.stock, "the set-up does not give the cutter's diameter, length and corner")
+    if len(path) > _CARVED:
+        return StockOnPage(inputs.stock, f"the path has more than {_CARVED:,} points")
     part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
     way = Way.of(part_T_tip[:, :3, 3].copy(), part_T_tip[:, :3, 2].copy(), cutter, tolerance=_OFF)
     try:
-        return StockOnPage(inputs.stock, seen_stock(inputs.stock, way.moves, at[way.kept[1:]]))
-    except InputError:  # a mesh that isn't closed has no inside to cut
-        return StockOnPage(inputs.stock, None)
+        seen = seen_stock(inputs.stock, way.moves, at[way.kept[1:]])
+    except InputError:  # it has no inside to cut
+        return StockOnPage(inputs.stock, "its mesh is not closed")
+    return StockOnPage(inputs.stock, "the program cuts none of it" if seen is None else seen)
 
 
 def map_shown(inputs: JobInputs, solution: Solution) -> RedundancyMap | None:

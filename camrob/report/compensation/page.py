@@ -50,7 +50,7 @@ def compensation_report(
     summary: CompensateSummary, path: PathErrors, analyses: tuple[DerivativeAnalysis, DerivativeAnalysis] | None
 ) -> str:
     """The page as text. analyses: the paper's section III, before and after, None for a program too short for it."""
-    along = [*_errors_along(path), _corrections_along(path)]
+    along = [*_errors_along(path, _chain(summary)), _corrections_along(path)]
     rates = [] if analyses is None else [_rates(analyses)]
     body = page_body(
         f"Compensation of {escape(summary.program)}",
@@ -64,7 +64,7 @@ def compensation_report(
         _axes(summary),
         _derivatives(summary),
         *(chart_section(c) for c in rates),
-        note="Errors are those of the calibrated chain; what the robot truly does is measured, not computed.",
+        note=f"Errors are those of the {_chain(summary)} chain; what the robot truly does is measured, not computed.",
     )
     charts = [{**c, "ruler": "motion"} for c in chart_data(along)] + [{**c, "ruler": "s"} for c in chart_data(rates)]
     for chart in charts:
@@ -78,6 +78,11 @@ def _source(summary: CompensateSummary) -> str:
     if summary.calibration is not None:
         return f"calibrated from {', '.join(summary.calibration.logs)}"
     return f"after the diagnosis {summary.machine.diagnosis}" if summary.machine is not None else ""
+
+
+def _chain(summary: CompensateSummary) -> str:
+    """What the chain is called that the errors at the motions' ends are of."""
+    return "calibrated" if summary.calibration is not None else "diagnosed"
 
 
 def _verdict(summary: CompensateSummary) -> str:
@@ -199,7 +204,7 @@ def _left(summary: CompensateSummary) -> str:
 
 def _errors(summary: CompensateSummary) -> str:
     named = [
-        ("the program as it was, on the calibrated robot", summary.error_before),
+        (f"the program as it was, on the {_chain(summary)} robot", summary.error_before),
         ("the compensated program", summary.error_after),
         ("half-way through its LINs", summary.error_between),
     ]
@@ -210,14 +215,14 @@ def _errors(summary: CompensateSummary) -> str:
     ]
     caption = (
         "By replay: the written text is read back, the controller's nominal model makes axis values of it, and the "
-        "calibrated chain makes poses of these. What is left of the second row is rounding to four and five decimals."
+        f"{_chain(summary)} chain makes poses of these. What is left of the second row is rounding to four and five decimals."
     )
     head = ("errors", "mean mm", "worst mm", "mean °", "worst °")
     return section("Errors before and after", table(head, rows), f'<p class="caption">{caption}</p>')
 
 
-def _errors_along(path: PathErrors) -> list[LineChart]:
-    """Errors at the motions' ends."""
+def _errors_along(path: PathErrors, chain: str) -> list[LineChart]:
+    """Errors at the motions' ends, on the chain of that name."""
     shown = np.asarray(path.shown)
     number_of = np.flatnonzero(shown).astype(np.float64) + 1.0
     charts = []
@@ -231,7 +236,7 @@ def _errors_along(path: PathErrors) -> list[LineChart]:
             LineChart(
                 f"error-{what}",
                 f"Error of {what} along the program",
-                "At the motions' ends, on the calibrated chain; logarithmic.",
+                f"At the motions' ends, on the {chain} chain; logarithmic.",
                 "motion of the program",
                 f"error [{unit}]",
                 curves,

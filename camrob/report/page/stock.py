@@ -25,10 +25,10 @@ _STEPS = 65_534  # across the box, or the time
 
 @dataclass(frozen=True, slots=True)
 class StockOnPage:
-    """Triangles (T, 3, 3), m, of the stock in the part's frame, and what is seen of it while it is cut; None where nothing is."""
+    """Triangles (T, 3, 3), m, of the stock in the part's frame, and what is seen of it while it is cut, or why it is not."""
 
     triangles: Array
-    seen: SeenStock | None
+    seen: SeenStock | str
 
     def data(self, base_T_part: Array) -> dict[str, Any]:
         """For player.js: lengths in mm, in `part`, whose pose in `base` goes with it."""
@@ -40,13 +40,15 @@ class StockOnPage:
             "vertices": packed_floats(m_to_mm(np.asarray(mesh.vertices, float)), _VERTEX),
             "faces": packed_integers(mesh.faces),
         }
-        if self.seen is not None:
+        if isinstance(self.seen, SeenStock):
             end = max(float(np.nanmax(s.since, initial=0.0)) for s in self.seen.sides if np.isfinite(s.since).any())
             out["lower"] = [float(v) for v in m_to_mm(self.seen.lower)]
             out["upper"] = [float(v) for v in m_to_mm(self.seen.upper)]
             out["pitch"] = float(m_to_mm(self.seen.pitch))
             out["end"] = end
             out["sides"] = [_side(self.seen, s, end) for s in self.seen.sides if np.isfinite(s.height).any()]
+        else:
+            out["uncut"] = self.seen
         return out
 
 

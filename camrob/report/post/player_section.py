@@ -49,8 +49,7 @@ def player_section(cell: Cell, scene: Mapping[str, Any], *, with_part: bool) -> 
         cut = (
             " The stock is shown as it is cut, the freshly cut surface lighter."
             if "sides" in stock
-            else " The stock is shown uncut: the program cuts none of it, the set-up does not give one cutter's diameter, length "
-            "and corner, its mesh is open, or the path is too long."
+            else f" The stock is shown uncut: {escape(stock['uncut'])}."
         )
     thinned = (
         f" {run['count']:,} of {run['points']:,} points are shown; the others lie within {run['off']:.3f} mm of the lines "

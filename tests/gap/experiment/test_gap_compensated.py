@@ -152,7 +152,9 @@ def test_play_is_taken_off_the_path_of_the_true_machine(tmp_path: Path) -> None:
     assert set(said.machine.causes) == {"backlash of A1", "backlash of A2", "backlash of A3"}
     assert said.machine.after.rms_mm < 0.6 * said.machine.before.rms_mm
     (page,) = (tmp_path / "out").glob("*.html")
-    assert "Off the path, as diagnosed" in page.read_text(encoding="utf-8")
+    words = page.read_text(encoding="utf-8")
+    assert "Off the path, as diagnosed" in words
+    assert "on the diagnosed chain" in words and "calibrated" not in words  # nothing was
 
     (added,) = said.machine.targets_added.values()
     quiet = [
