@@ -39,6 +39,32 @@ def test_a_program_of_osp(tmp_path: Path, name: str) -> None:
     np.testing.assert_allclose(np.hypot(arc[:, 0] - 50.0, arc[:, 1] - 10.0), 10.0, atol=1e-6)
 
 
+def heights(folder: Path, body: str) -> list[list[float]]:
+    """X, Y, Z in mm of all points, and whether each is cut to, in camrob's reading, which the witness shares."""
+    cuts(folder, body)
+    regions = read_toolpath(folder / "part.min", chord_tolerance=1e-6).regions
+    return [
+        [*(float(v) for v in np.round(p * 1e3, 6)), int(m)]
+        for r in regions
+        for p, m in zip(r.position, r.move, strict=True)
+    ]
+
+
+def test_drilling_returns_to_the_level_of_g71(tmp_path: Path) -> None:
+    """From 50 down to R, in, and up to G71's 20 behind each hole; the second is deeper."""
+    found = heights(tmp_path, "G71 Z20\nG81 X5 Y6 Z-5 R2 F100 M53\nX15\nY8 Z-7\nG80\nG0 X0\n")
+    first = [[5, 6, 50, 0], [5, 6, 2, 0], [5, 6, -5, 1], [5, 6, 2, 0], [5, 6, 20, 0]]
+    second = [[15, 6, 20, 0], [15, 6, 2, 0], [15, 6, -5, 1], [15, 6, 2, 0], [15, 6, 20, 0]]
+    third = [[15, 8, 20, 0], [15, 8, 2, 0], [15, 8, -7, 1], [15, 8, 2, 0], [15, 8, 20, 0]]
+    assert [p for p in found if p in first or p in second or p in third] == first + second + third
+
+
+def test_drilling_returns_to_r_with_m54(tmp_path: Path) -> None:
+    found = heights(tmp_path, "G71 Z20\nG83 X5 Y6 Z-5 R2 Q4 F100 M54\nX15\nG0 Z20\n")
+    assert [15, 6, 2, 0] in found and [15, 6, 20, 0] not in found[:-3]
+    assert [p[2] for p in found if p[3]] == [-2, -5, -2, -5]
+
+
 @pytest.mark.parametrize("length", ["G56 H5 Z50", "G56 HA Z50", "G56 HA\nZ50"])
 def test_the_tools_length(tmp_path: Path, length: str) -> None:
     found = cuts(tmp_path, "G1 Z-1 F500\nX60\n", head=HEAD.replace("G56 H5 Z50", length))
@@ -52,8 +78,16 @@ def test_the_name_alone_says_whose_it_is(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "match"),
     [
-        ("G71 Z50\nG81 X5 Y5 Z-5 R2 F100 M53\n", "G71, a drilling cycle of OSP, which returns as G71"),
-        ("G81 X5 Y5 Z-5 R2 F100\n", "G81, a drilling cycle of OSP"),
+        ("G81 X5 Y5 Z-5 R2 F100\n", "G81, a drilling cycle of OSP, without M53"),
+        ("G81 X5 Y5 Z-5 R2 F100 M53\n", "without M53 and a level by G71"),
+        ("G71 Z50\nG81 X5 Y5 Z-5 R2 F100 M52\n", "the machine's upper limit"),
+        ("G71 Z50\nG82 X5 Y5 Z-5 R2 P500 F100 M53\n", "G82 of OSP in G91, or with a dwell"),
+        ("G71 Z50\nG83 X5 Y5 Z-5 R2 I1 J3 F100 M53\n", "G83 of OSP in G91, or with"),
+        ("G71 Z50\nG91\nG81 X5 Y5 Z-5 R2 F100 M53\n", "G81 of OSP in G91"),
+        ("G71 Z1\nG81 X5 Y5 Z-5 R2 F100 M53\n", "G71's level lies below R"),
+        ("G0 Z10\nG71 Z20\nG81 X5 Y5 Z-5 R2 F100 M53\n", "from below G71's level"),
+        ("G71 Z50 F3\n", "G71 with more than its level"),
+        ("G84 X5 Y5 Z-5 R2 F100 M53\n", "G84, a drilling cycle of OSP, is not read"),
         ("G54 H2\n", "a tool's length along another axis"),
         ("G1 Z-1 F500\nG15 H2\nG1 X5\n", "several work offsets"),
         ("G1 Z-1 F500\nG53\nG1 X5\n", "a cut without the tool's length"),
