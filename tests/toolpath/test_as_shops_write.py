@@ -87,6 +87,19 @@ CHECKED = (
 )
 
 
+@pytest.mark.parametrize("word", ["MAX", "FMAX", "F MAX"])
+def test_a_way_out_in_rapid_as_fusion_writes_it(tmp_path: Path, word: str) -> None:
+    """Q208=MAX without its F; the next hole's own value is a feed again."""
+    drilling = (
+        "CYCL DEF 203 UNIVERSAL DRILLING ~\nQ200=2 ~\nQ201=-10 ~\nQ206=150 ~\nQ202=10 ~\nQ210=0 ~\nQ203=+0 ~\nQ204=50 ~\n"
+        "Q212=0 ~\nQ213=0 ~\nQ205=0 ~\nQ211=0 ~\nQ208=WAY ~\nQ256=0.2"
+    )
+    first = _heights(_read(tmp_path, "a.h", HEAD + drilling.replace("WAY", word) + AT + END))
+    assert first[-3:] == [(-10.0, 1), (2.0, 0), (50.0, 0)]
+    fed = _heights(_read(tmp_path, "b.h", HEAD + drilling.replace("WAY", "400") + AT + END))
+    assert fed[-3:] == [(-10.0, 1), (2.0, 1), (50.0, 0)]
+
+
 def test_a_jump_out_of_a_label_returns_at_the_next_lbl_0(tmp_path: Path) -> None:
     toolpath = _read(tmp_path, "a.h", HEAD + CHECKED)
     np.testing.assert_allclose(toolpath.regions[0].position[-2:, 0], [0.003, 0.030], atol=1e-12)

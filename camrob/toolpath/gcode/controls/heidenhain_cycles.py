@@ -75,10 +75,10 @@ class Cycle:
     def parameters(self, text: str) -> dict[int, float]:
         """Those that a CYCL DEF gives, by their Q numbers; the program's hold them from then on."""
         text = re.sub(r"(?<=[-+]) (?=[.0-9Q])", "", text)
-        found = {int(k): v for k, v in re.findall(rf"\bQ([0-9]+) ?= ?({VALUE}|F ?AUTO|F ?MAX)", text)}
-        values = {k: self._worth(v) for k, v in found.items()}
+        found = {int(k): v for k, v in re.findall(rf"\bQ([0-9]+) ?= ?({VALUE}|(?:F ?)?(?:AUTO|MAX)\b)", text)}
+        values = {k: self._worth(f"F{v}" if v in ("AUTO", "MAX") else v) for k, v in found.items()}  # Fusion: Q208=MAX
         for k, v in values.items():
-            self._keep(k, None if found[k].startswith("F") else v)
+            self._keep(k, None if found[k].endswith(("AUTO", "MAX")) else v)
         return values
 
     def define(self, number: int, text: str) -> None:

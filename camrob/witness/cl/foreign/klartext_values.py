@@ -152,7 +152,7 @@ class CycleInForce:
         for number, value in plain.items():
             self._computed.put(f"Q{number}", value)
         feeds = {"MAX": float(_AT_ONCE)} | ({"AUTO": float(called_feed)} if called_feed else {})
-        words = re.findall(r"\bQ(\d+) ?= ?F ?(MAX|AUTO)\b", rest)
+        words = re.findall(r"\bQ(\d+) ?= ?(?:F ?)?(MAX|AUTO)\b", rest)
         return plain | {int(k): feeds[word] for k, word in words if word in feeds}
 
     def define(self, number: str, q: dict[int, float]) -> None:
