@@ -32,7 +32,7 @@ _CYCLES = frozenset((730, 740, 760, *range(810, 900, 10)))
 _TO_LEVEL, _TO_R = 530, 540  # M53, M54
 _EVEN = 1e-6  # of the program's unit
 _OF_HOLES = frozenset("XYZRQF")
-_OTHER_LENGTHS = frozenset((540, 550, 570, 580, 590))
+_OTHER_LENGTHS = frozenset((540, 550, 570, 580, 590))  # OSP: lengths along another axis than Z
 _OTHER_M = frozenset((130, 140, 970, 980, 990))  # tenths: on other controls spindle and coolant, and calls
 _PLAIN = "have the post write plain moves (G0 to G3)"
 
