@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from camrob.gap.evidence.unknown import is_moment
 from camrob.gap.observation.scene import Scene
 from camrob.summaries.diagnosis_summary import Unknown
 
@@ -66,12 +67,21 @@ _BEFORE_AND_AFTER = (
 )
 
 
+_SLIPPED = (
+    "drive {axis} to its marks and look whether they still meet, and at its clamp, coupling and belt: off at once {since}, "
+    "it slipped or was hit then. Then "
+)
+
+
 def _at_once(unknown: Unknown, axes: Sequence[str], scene: Scene) -> str:
     """What takes minutes and opens nothing, ahead of the long runs; "" for nothing."""
     regimes = unknown.where.regimes
     follows = regimes[0] if regimes else ""
     if follows == "load":
         return _BY_HAND
+    moment = next((s.follows for s in unknown.shapes[:1] if is_moment(s.follows)), "")
+    if moment and axes:
+        return _SLIPPED.format(axis=axes[0], since=moment)
     if follows == "time" and axes:
         return _BEFORE_AND_AFTER.format(axis=axes[0])
     if scene.poses and follows == "direction":

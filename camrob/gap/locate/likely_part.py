@@ -89,14 +89,18 @@ class _Rows:
         return self.of([p.scene.place(term)[:, :3] for p in self.panels])
 
 
-def likely_part(panels: Sequence[Panel], noise: float) -> LikelyPart | None:
-    """The part that explains most of some logs' gap at the TCP; None where nothing explains any. noise: m, 3-D rms."""
+def likely_part(panels: Sequence[Panel], noise: float, *, but: str = "") -> LikelyPart | None:
+    """The part that explains most of some logs' gap at the TCP; None where nothing explains any. noise: m, 3-D rms; but: what it
+    does not follow.
+    """
     r = _rows(panels, _MOST_ROWS)
     energy = float(np.sum(r.gap**2)) - len(r.gap) * noise**2
     if energy <= 0.0 or len(np.unique(r.fold)) < _FOLDS:
         return None
     found: list[tuple[float, str, str, Callable[[], float], float | None, bool]] = []
     for moves, follows, levers, shape in _steady(r):
+        if follows == but:
+            continue
         X = _columns(levers, shape)
         if 3 * len(X) > 4 * X.shape[2]:
             share = float(_withheld(X, r.gap, r.fold).sum()) / energy - _A_VALUE * X.shape[2]

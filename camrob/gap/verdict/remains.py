@@ -12,6 +12,7 @@ from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, members_of, whole_gap
 from camrob.gap.evidence.shrink import Shrinkage, Trial
 from camrob.gap.evidence.unknown import CONSTANT, LOAD, UNKNOWN
+from camrob.gap.locate.again import not_by_posture
 from camrob.gap.locate.axes_report import axes_report
 from camrob.gap.locate.late_together import late_together
 from camrob.gap.locate.likely_part import FOOT, INSTRUMENT, TOOL, LikelyPart, likely_part
@@ -54,6 +55,7 @@ _LEAST_FIELD = 0.5  # of the noise: a discrepancy that is smaller tells nothing
 _REGIME_OF = {"posture": "position", "direction": "direction", "force": "load", "time": "time", "travel": "position"}
 _OF_AXIS = 0.5  # share of its energy that one axis has to explain to be named
 _OF_NAME = 0.25  # the same of a name in doubt, beside which a smooth rest stays
+_BY_POSTURE = (("position",), ("load",))
 _MOSTLY = 0.5  # of its energy
 _READ_OFF = 2.0  # times its energy, a drive's error: it is read off the log, with axis and course, and every arm leaves something
 # the least share of a part's place, and by how much more than any other's it is: one with a period fits nothing else, a course
@@ -121,6 +123,9 @@ def remains(
         where, text, shapes = NOWHERE, "", ()
     else:
         where, text, shapes = _placed(model, panels, rms, shapes, regimes)
+        if where.stage == _ARM and where.regimes[:1] in _BY_POSTURE and not where.comes_back:
+            if not_by_posture(panels, model.noise, model.basis.axes):
+                where, text, shapes = _of_no_posture(where, model, panels, rms)
         if unsure and not where.axes and not where.regimes:
             where, text = _at_unsure(where, text, max(unsure, key=lambda e: e.moves_mm))
     return Unknown(
@@ -200,6 +205,20 @@ def _of_part(
     rest = tuple(n for n in where.regimes if n != part.follows)
     axes = (part.moves,) if axis else ()
     return replace(where, axes=axes, regimes=(part.follows, *rest), comes_back=back), text, ()
+
+
+def _of_no_posture(
+    where: UnknownPlace, model: Model, panels: Sequence[Panel], rms: float
+) -> tuple[UnknownPlace, str, Sequence[UnknownShape]]:
+    """The place of what is another one when the arm comes to a posture again: with what explains it best but postures, else the
+    time, at no axis.
+    """
+    part = likely_part(panels, model.noise, but="position")
+    if part is not None and part.share > _OF_NAME and part.follows != TIME:
+        return _of_part(replace(where, axes=(), regimes=()), part, model, rms)
+    text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained; it is another one each time "
+    text += "that the arm comes to a posture, and changes smoothly in between: it comes and goes with the time"
+    return replace(where, axes=(), regimes=("time",)), text, ()
 
 
 def _at_unsure(where: UnknownPlace, text: str, claim: EffectFound) -> tuple[UnknownPlace, str]:

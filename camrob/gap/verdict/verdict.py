@@ -12,7 +12,7 @@ from camrob.gap.evidence.aliases import alias_lists
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.fitting import with_fitting
 from camrob.gap.evidence.model import Model, effect_rms, members_of
-from camrob.gap.evidence.predicted import expected, stays_where_fitted
+from camrob.gap.evidence.predicted import expected, foretold, stays_where_fitted
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, figures, shrinkage, trial_of
 from camrob.gap.handover import Handover, hand_over
@@ -227,7 +227,8 @@ def _without_claims(
 
 def _together(model: Model, trial: Trial, members: Set, shrunk: Shrinkage, handed: Handover) -> Together:
     """All claims together: by how much the gap on withheld samples shrinks, and by how much it should."""
-    before, after = expected(model, trial, members)
+    blocks = frozen_frames(model, trial_of(model, ())) if trial.named else trial
+    before, after = foretold(model, trial, blocks, members)
     return Together(
         **figures(shrunk).to_json(),
         withheld=trial.name,

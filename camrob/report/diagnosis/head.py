@@ -33,6 +33,8 @@ _LONG = 160  # letters that a step may have
 _NO_DEED = "nothing to adjust"  # how a remedy begins that is none
 _UNKNOWN = "unknown"
 _NAMELESS = "Something that has no name here: "
+_AS_MUCH = 0.5  # of the energy that the causes take, from which what stays unknown is asked before one that is in doubt
+_NOTHING = 0.98  # of the gap, from which causes that leave so much of it together take none
 _TRIFLE = 0.2  # of what the largest cause moves the tool by
 
 
@@ -245,10 +247,12 @@ def _first(summary: DiagnosisSummary) -> str:
     if summary.status == "no gap":
         return "Nothing."
     inside, alike = _inside(summary), in_doubt(summary)
-    doubtful = [*alike, *(e for e in inside if hardly_likelier(e) and e not in alike)]
+    t = summary.together
+    idle = t.rms_after_mm >= _NOTHING * t.rms_before_mm and summary.unknown.probability >= _LIKELY
+    doubtful = [*alike, *(e for e in inside if (idle or hardly_likelier(e)) and e not in alike)]
     program = [e for e in summary.claimed if only_first(e)]
-    t, left = summary.together, _left_alone(summary, doubtful)
-    most_unknown = summary.unknown.rms_mm**2 > t.rms_before_mm**2 - t.rms_after_mm**2
+    left = _left_alone(summary, doubtful)
+    most_unknown = summary.unknown.rms_mm**2 > _AS_MUCH * (t.rms_before_mm**2 - t.rms_after_mm**2)
     if _record_alone(summary):
         return "Have the recorder's filter and clock looked at, and log again. Leave alone: the robot."
     if not inside:
@@ -259,7 +263,8 @@ def _first(summary: DiagnosisSummary) -> str:
         step = _short(inside[0].isolated_by)
     else:
         step = _for_unknown(summary)
-    clear = [e for e in inside if e not in doubtful and e.remedy and not e.remedy.startswith(_NO_DEED)]
+    deeds = [e for e in inside if e not in doubtful and e.remedy and not e.remedy.startswith(_NO_DEED)]
+    clear = [e for e in deeds if e.probability >= _SURE or not _hard_to_believe(e)]
     if inside and inside[0] in doubtful and clear and clear[0].moves_mm >= _TRIFLE * inside[0].moves_mm:
         step = f"{step}. {_capital(plain_name(clear[0].effect))}{_of(clear[0])}, which is clear: {_deed(clear[0])}"
     return " ".join([f"{_capital(step)}.", *left])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from gap_cases import kr15, simulated
@@ -15,7 +15,7 @@ SCENES = {poses: make_scene(simulated(poses=poses), kr15()) for poses in (True, 
 
 
 def asked(regimes: tuple[str, ...], axes: tuple[str, ...], *, poses: bool) -> str:
-    stays: Any = SimpleNamespace(where=SimpleNamespace(regimes=regimes, comes_back=""), rms_mm=0.035)
+    stays: Any = SimpleNamespace(where=SimpleNamespace(regimes=regimes, comes_back=""), rms_mm=0.035, shapes=())
     return run_for_unknown(stays, axes, ("A2", "A3"), SCENES[poses])
 
 
@@ -45,3 +45,13 @@ def test_the_look_of_minutes_comes_first(
     assert said.startswith(begins)
     quick = said.partition(". Then ")[0]
     assert said == quick or said.partition(". Then ")[2].startswith(("run ", "hold "))
+
+
+def test_where_an_axis_was_off_from_a_moment_on_its_marks_come_first() -> None:
+    where = SimpleNamespace(regimes=("time",), comes_back="")
+    shapes = (SimpleNamespace(follows="from 75.42 s of run_1.csv on", moves="A5"),)
+    said = run_for_unknown(
+        cast(Any, SimpleNamespace(where=where, rms_mm=0.4, shapes=shapes)), ("A5",), ("A5",), SCENES[False]
+    )
+    assert said.startswith("drive A5 to its marks and look whether they still meet")
+    assert "from 75.42 s of run_1.csv on" in said.partition(". Then ")[0]
