@@ -27,14 +27,20 @@ _MOVES = 0.02  # rad or m that an axis travels at the least, and both ways
 _EACH_WAY = 0.1  # of the moving samples, that go the rarer way
 _FEWEST, _MOST_ROWS = 40, 4000  # rows that tell it, and that are enough
 _RANK = 1e-6
-_LAGS = 40  # samples over which what is left may hang together
+_STRETCHES = 10  # of a log, that are left out in turn
+_FALLS, _RISES = 0.5, 3.0  # times the dry part, by which friction is less and more at the usual speed
+_UNTOLD = 0.7  # of the energy beside weights and accelerations, from which what stays is no friction's
 _CLEAR = 3.0  # standard errors of what friction takes, from which it is compared
 _ROUGH = 0.05  # of it, by which any model of friction is wrong
 _FEW_AXES = 3  # others that tell what all axes share: warmth, oil, speed
 _PRIOR = 0.05  # of an axis, that its friction has grown where nobody knows
 _GROWN, _GROWN_SPREAD = float(np.log(2.0)), 0.5  # by how much it then has, and how far that differs (logarithms)
 _AGAIN, _AGAIN_ALONE = 0.12, 0.35  # how far a sound axis's differs from log to log, beside the others and without them
-_OF_LOAD = 1.0  # how far sound axes' differs by what their motors do else: one log hardly tells
+_BY_LOAD = 0.5  # of the logarithm of the load, that a gear's friction may grow by
+_OF_LOAD, _ALONE = (
+    1.0,
+    0.3,
+)  # how far sound axes' differs by what their motors do else, and how sure one log can be: hardly
 
 
 @dataclass(frozen=True)
@@ -75,7 +81,10 @@ def drive_friction(scenes: Sequence[Scene]) -> dict[str, AxisFriction]:
     changes sign with the direction: that is friction.
     """
     for kind in _UNITS:
-        logs = {s.name: found for s in scenes if not s.poses and (found := _of_log(s, kind))}
+        quiet = [
+            s for s in scenes if not s.poses and s.force is None
+        ]  # what pushes at the tool turns with the direction, too
+        logs = {s.name: found for s in quiet if (found := _of_log(s, kind))}
         if logs:
             break
     else:
@@ -162,9 +171,12 @@ def _one(scene: Scene, k: int, y: Array, v: Array, a: Array, weighs: Array) -> _
     left = y - U @ (U.T @ y)
     solved, *_ = np.linalg.lstsq(X, left, rcond=_RANK)
     off = left - X @ solved
-    lagged = sum(float(off[n:] @ off[:-n]) for n in range(1, min(_LAGS, len(off) - 1)))
-    variance = max(float(off @ off) + 2.0 * max(lagged, 0.0), 1e-30) / max(len(y) - U.shape[1] - 2, 1)
-    cov = variance * np.linalg.pinv(X.T @ X, rcond=_RANK**2)
+    by_speed, dry = float(solved[1]) * usual, float(solved[0])
+    if float(off @ off) > _UNTOLD * float(left @ left) or not -_FALLS * abs(dry) < by_speed * np.sign(
+        dry
+    ) < _RISES * abs(dry):
+        return None  # no friction does so: a force on the tool, or what no model of the arm says
+    cov = _scatter(X, left, solved)
     taken = way @ solved
     else_done = y - taken
     return _Found(
@@ -175,6 +187,16 @@ def _one(scene: Scene, k: int, y: Array, v: Array, a: Array, weighs: Array) -> _
         bears=float(np.quantile(np.abs(else_done - np.median(else_done)), 0.98)),
         share=float(np.clip(taken @ taken / max(float(y @ y), 1e-300), 0.0, 1.0)),
     )
+
+
+def _scatter(X: Array, left: Array, solved: Array) -> Array:
+    """(2, 2) covariance of what friction takes, `solved` of X (N, 2) and `left` (N,): by leaving out stretches of the log in
+    turn, as what no model of an arm says hangs together over seconds.
+    """
+    edges = np.linspace(0, len(left), _STRETCHES + 1).astype(int)
+    others = [np.r_[: edges[i], edges[i + 1] : len(left)] for i in range(_STRETCHES)]
+    each = np.stack([np.linalg.lstsq(X[o], left[o], rcond=_RANK)[0] for o in others]) - solved
+    return np.asarray((_STRETCHES - 1.0) / _STRETCHES * each.T @ each)
 
 
 def _from_log_to_log(
@@ -190,14 +212,28 @@ def _from_log_to_log(
         for other in names[i + 1 :]:
             grown = {a: g for a in axes if (g := _growth(logs[one].get(a), logs[other].get(a))) is not None}
             for a, (ratio, std) in grown.items():
-                others = [r for b, (r, _) in grown.items() if b != a]
-                enough = len(others) >= _FEW_AXES
-                shared = float(np.median(others)) if enough else 0.0
-                beyond = ratio - shared
-                chance = _chance(abs(beyond), float(np.hypot(std, _AGAIN if enough else _AGAIN_ALONE)))
+                shared, differs = _of_others([r for b, (r, _) in grown.items() if b != a])
+                beyond = _beside_load(ratio - shared, logs[one][a], logs[other][a])
+                chance = _chance(abs(beyond), float(np.hypot(std, differs)))
                 if chance >= chances.get(a, 0.0):
                     chances[a], times[a], least[a] = chance, float(np.exp(abs(beyond))), one if beyond > 0.0 else other
     return chances, times
+
+
+def _of_others(ratios: Sequence[float]) -> tuple[float, float]:
+    """What the other axes' friction has done from log to log (logarithm), and how far sound axes differ by that."""
+    if len(ratios) < _FEW_AXES:
+        return 0.0, _AGAIN_ALONE
+    shared = float(np.median(ratios))
+    return shared, max(_AGAIN, 1.4826 * float(np.median(np.abs(np.array(ratios) - shared))))
+
+
+def _beside_load(ratio: float, one: _Found, other: _Found) -> float:
+    """What is left of a logarithm of friction's growth where what the motor does else has grown, too: a gear's friction is more
+    under load.
+    """
+    load = _BY_LOAD * float(np.log(max(other.bears, 1e-12) / max(one.bears, 1e-12)))
+    return ratio - float(np.clip(load, min(ratio, 0.0), max(ratio, 0.0)))
 
 
 def _growth(one: _Found | None, other: _Found | None) -> tuple[float, float] | None:
@@ -226,7 +262,7 @@ def _beside_others(found: Mapping[str, _Found]) -> tuple[dict[str, float], dict[
             continue
         beyond = ratio - float(np.median(others))
         times[a] = float(np.exp(beyond))
-        chances[a] = _chance(beyond, float(np.hypot(std, _OF_LOAD))) if beyond > 0.0 else 0.0
+        chances[a] = min(_ALONE, _chance(beyond, float(np.hypot(std, _OF_LOAD)))) if beyond > 0.0 else 0.0
     return chances, times
 
 
