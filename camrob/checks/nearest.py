@@ -8,14 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.bodies.advance import Riders, chain_links, pair_distances
-from camrob.bodies.bodies import JOB_GROUPS, Body, cell_bodies, job_body
-from camrob.bodies.tree import join_pieces
+from camrob.bodies.bodies import Body
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.setup import ToolSetup
-from camrob.checks.air import AirRuns
-from camrob.checks.pairs import plan_pairs
+from camrob.checks.rooms import pair_rooms
 
 __all__ = ["Nearest", "nearest_bodies"]
 
@@ -48,27 +45,20 @@ def nearest_bodies(
     how near they always are tells nothing. Meshes, pose and tool as there. Raises CellError for a mesh of
     the cell that can't be read.
     """
-    q = np.ascontiguousarray(q, float)
-    base_T_part = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)
-    job = [
-        job_body(group, np.asarray(mesh, float), base_T_part)
-        for group, mesh in zip(JOB_GROUPS, (part_mesh, stock_mesh), strict=True)
-        if mesh is not None
-    ]
-    nowhere = np.zeros(len(q), bool)
-    still = AirRuns(q, np.arange(len(q)), nowhere, nowhere)
-    bodies, pairs, _ = plan_pairs((*cell_bodies(cell, tool), *job), still, 0.0)
     arm = cell.indices(Role.ARM)
-    pairs = tuple(p for p in pairs if not _neighbours(bodies[p.far], bodies[p.near], arm))
-    if not pairs or not len(q):
+    rooms = pair_rooms(
+        cell,
+        q,
+        part_mesh=part_mesh,
+        stock_mesh=stock_mesh,
+        base_T_part=base_T_part,
+        tool=tool,
+        keep=lambda one, other: not _neighbours(one, other, arm),
+    )
+    if not rooms.names or not len(q):
         return None
-    pieces, roots = join_pieces([b.pieces for b in bodies])
-    riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
-    links = chain_links(cell)
-    distance = np.stack([pair_distances(links, riders, p.far, p.near, q) for p in pairs])
-    pair = np.argmin(distance, axis=0)
-    names = tuple((bodies[p.far].name, bodies[p.near].name) for p in pairs)
-    return Nearest(names, pair, distance[pair, np.arange(len(q))])
+    pair = np.argmin(rooms.distance, axis=0)
+    return Nearest(rooms.names, pair, rooms.distance[pair, np.arange(len(q))])
 
 
 def _neighbours(one: Body, other: Body, arm: Sequence[int]) -> bool:

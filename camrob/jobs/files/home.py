@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from camrob.bodies.bodies import JOB_GROUPS
 from camrob.cell.cell import Cell
 from camrob.checks.collisions import check_collisions
+from camrob.checks.other_home import OtherHome, other_home
 from camrob.errors import CollisionError
 from camrob.jobs.files.inputs import JobInputs
 
@@ -30,15 +32,28 @@ def _touches(cell: Cell, **job: Any) -> list[tuple[str, str]]:
     if not cell.shapes:
         return []
     report = check_collisions(cell, cell.q_home[None], **job)
+    touching = [found for found in report.pairs if found.count]
+    if not touching:
+        return []
+    other = other_home(cell, **job)
     first: dict[tuple[str, str], tuple[str, str]] = {}
-    for found in report.pairs:
-        if found.count:
-            first.setdefault(found.groups, found.pair)
-    own, jobs = (
-        "change home_deg, or what is drawn of one of them",
-        "place the part elsewhere (camrob place), or change home_deg",
-    )
-    return [
-        (f"at HOME {one} touches {other}", jobs if set(groups) & set(JOB_GROUPS) else own)
-        for groups, (one, other) in first.items()
-    ]
+    for found in sorted(touching, key=lambda found: found.pair not in other.always):
+        first.setdefault(found.groups, found.pair)
+    return [(f"at HOME {one} touches {two}", _cure(groups, (one, two), other)) for groups, (one, two) in first.items()]
+
+
+def _cure(groups: tuple[str, str], pair: tuple[str, str], other: OtherHome) -> str:
+    """What to do about two bodies that touch at HOME."""
+    if pair in other.always:
+        return (
+            f"they touch in all of {other.looked} postures that were looked at: draw one of them smaller, or, where they are "
+            f"neighbours, let them (add {json.dumps(groups[0])} to ignore of {pair[1]!r})"
+        )
+    if set(groups) & set(JOB_GROUPS):
+        cure = "place the part elsewhere (camrob place), or change home_deg"
+    else:
+        cure = "change home_deg, or what is drawn of one of them"
+    if not other.changed:
+        return f"{cure}; in none of {other.looked} other postures of the arm that were looked at is it free"
+    values = ", ".join(f"{name} {value + 0.0:g}" for name, value in other.changed.items())
+    return f"{cure}: with {values} nothing {'else ' if other.always else ''}touches there"

@@ -1,0 +1,66 @@
+"""How far each two bodies that may not touch are apart in single postures: the check itself follows the way between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camrob.bodies.advance import Riders, chain_links, pair_distances
+from camrob.bodies.bodies import JOB_GROUPS, Body, cell_bodies, job_body
+from camrob.bodies.tree import join_pieces
+from camrob.cell.cell import Cell
+from camrob.cell.setup import ToolSetup
+from camrob.checks.air import AirRuns
+from camrob.checks.pairs import plan_pairs
+
+__all__ = ["Rooms", "pair_rooms"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Rooms:
+    """names: two bodies' names for each of P pairs; distance (P, K), m, in K postures, 0 where they touch."""
+
+    names: tuple[tuple[str, str], ...]
+    distance: Array
+
+
+def pair_rooms(
+    cell: Cell,
+    q: Array,
+    *,
+    part_mesh: Array | None = None,
+    stock_mesh: Array | None = None,
+    base_T_part: Array | None = None,
+    tool: ToolSetup | None = None,
+    touch: float | None = None,
+    keep: Callable[[Body, Body], bool] | None = None,
+) -> Rooms:
+    """The room between the bodies that `check_collisions` follows, in postures q (K, n), some 10 us a pair and posture.
+
+    Meshes, pose and tool as there. touch: m that the tool may sink into the part; None: it isn't held to the part at all, as it
+    cuts it. keep: which two bodies are looked at. A body that lies wholly within another one's mesh doesn't touch it here. Raises
+    CellError for a mesh of the cell that can't be read.
+    """
+    q = np.ascontiguousarray(q, float)
+    base_T_part = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)
+    job = [
+        job_body(group, np.asarray(mesh, float), base_T_part)
+        for group, mesh in zip(JOB_GROUPS, (part_mesh, stock_mesh), strict=True)
+        if mesh is not None
+    ]
+    free, near = np.full(len(q), touch is not None), np.zeros(len(q), np.bool_)
+    every = (*cell_bodies(cell, tool), *job)
+    bodies, pairs, _ = plan_pairs(every, AirRuns(q, np.arange(len(q)), free, near), touch or 0.0)
+    pairs = tuple(p for p in pairs if keep is None or keep(bodies[p.far], bodies[p.near]))
+    if not pairs:
+        return Rooms((), np.empty((0, len(q))))
+    pieces, roots = join_pieces([b.pieces for b in bodies])
+    riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
+    links = chain_links(cell)
+    distance = np.stack([pair_distances(links, riders, p.far, p.near, q) for p in pairs])
+    return Rooms(tuple((bodies[p.far].name, bodies[p.near].name) for p in pairs), distance)
