@@ -12,33 +12,31 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.read_setup import read_clampings
-from camrob.errors import CollisionError, InputError, JobError, VerificationError
+from camrob.errors import InputError, JobError
 from camrob.findings import Finding, Severity
 from camrob.jobs import OldHome
 from camrob.jobs.files.cell_for import cell_for, language_of
-from camrob.jobs.files.home import demand_free_home
-from camrob.jobs.files.inputs import JobInputs, program_name, read_inputs, setup_of
+from camrob.jobs.files.inputs import program_name, read_inputs, setup_of
 from camrob.jobs.files.output import demand_apart, demand_own_name, staged_output
 from camrob.jobs.files.solved_path import save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.release.attempt import Asked, Made, Order, fit
+from camrob.jobs.release.attempt import Asked, Made, Order
 from camrob.jobs.release.beside import manifest_of
+from camrob.jobs.release.first_free import first_free
 from camrob.jobs.release.price_bound import bound_finding, price_bound
-from camrob.jobs.release.refusal import as_hurried, as_planned, past_limit
 from camrob.jobs.release.release import cause_first
 from camrob.jobs.release.second_side import asking_for_clampings
 from camrob.jobs.release.summary import post_summary
 from camrob.jobs.release.upload import write_upload
 from camrob.jobs.solving.device import check_device
-from camrob.jobs.solving.resolved_job import METHODS, check_method, resolve_job
+from camrob.jobs.solving.resolved_job import check_method
 from camrob.jobs.solving.sought import Sought, check_sought
 from camrob.jobs.solving.watch import Watch
 from camrob.program.language import Language
 from camrob.program.process import plan_process
 from camrob.program.program import Program
 from camrob.progress import Progress
-from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.summaries.post_summary import ClampingFigures, PostSummary
@@ -50,8 +48,6 @@ Array = NDArray[np.float64]
 
 FEEDS = ("program", "optimal")
 _NAME = 24  # characters of a program's name that every controller takes
-_ROUNDS, _FURTHER = 4, 1.5  # of solving again; times what an axis passed its limit by
-_ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +183,7 @@ def _posted(asked: Asked, clamping: str | None, staged: ExitStack, out: Path, wa
     folder = staged.enter_context(staged_output(out, name=title))
     order = Order(asked, title, process, sought, known if slowed else None)
     try:
-        made = _first_free(order, inputs, folder, watch)
+        made = first_free(order, inputs, folder, watch)
     except JobError as error:
         raise asking_for_clampings(cause_first(error, inputs), inputs) from None
     programs = _with_entries(order, made, machine, folder, watch)
@@ -251,7 +247,7 @@ def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: 
         process = plan_process(inputs.toolpath.regions, inputs.cell)
         own = folder / title
         own.mkdir()
-        rest = _first_free(replace(order, title=title, process=process, begin=line), inputs, own, watch)
+        rest = first_free(replace(order, title=title, process=process, begin=line), inputs, own, watch)
         demand_apart([*files, *rest.files])
         for name in rest.files:
             (own / name).rename(folder / name)
@@ -260,72 +256,6 @@ def _with_entries(order: Order, made: Made, machine: Cell, folder: Path, watch: 
         made.findings.append(Finding("entry", text, Severity.INFO, line))
         files += rest.files
     return files
-
-
-def _first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> Made:
-    """The program by the first of the method's ways that keeps free of collisions; the later ones say what was given up.
-
-    Raises the error of the first way where all collide.
-    """
-    demand_free_home(inputs)
-    first: JobError | None = None
-    ways: list[tuple[Sought | None, str]] = [(None, way) for way in METHODS[order.asked.method]]
-    if order.sought is not None:  # a plan that looks at the part's error, and else those by conditioning
-        ways = [*((order.sought, way) for way in tuple(METHODS[order.asked.method])[:_ACCURATE_WAYS]), *ways]
-    clock = Clock(order.asked.seconds)
-    for sought, way in ways:
-        if first is not None and clock.up and way != "published":  # each begins with a plan of its own
-            continue
-        try:
-            made = _fit_within_limits(order, inputs, sought, way, folder, watch, clock)
-        except (CollisionError, VerificationError) as error:
-            first = first or (as_planned(error) if order.asked.method == "planned" else error)
-            continue
-        if first is not None:
-            blind = " by conditioning alone" if order.sought is not None and sought is None else ""
-            text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
-            made.findings.append(Finding("plan-collides", text, line=first.line))
-        return made
-    if first is None:
-        raise VerificationError(f"method {order.asked.method} has no variant to try")
-    raise as_hurried(first, clock.seconds) if clock.up and clock.seconds is not None else first
-
-
-def _fit_within_limits(
-    order: Order, inputs: JobInputs, sought: Sought | None, way: str, folder: Path, watch: Watch, clock: Clock
-) -> Made:
-    """A program by one way, solved again, further from the limits that its axes pass between two points, where they do."""
-    further: dict[str, float] = {}
-    stopped: VerificationError | None = None
-    rounds = 0
-    while True:
-        try:
-            with watch.stage("resolve"):
-                resolved = resolve_job(
-                    inputs,
-                    order.asked.method,
-                    way,
-                    watch.share,
-                    order.asked.device,
-                    sought,
-                    clock.left,
-                    further=further,
-                )
-        except JobError as error:  # behind the first round the limit is the reason, not what it leaves no way to
-            raise stopped or error from None
-        try:
-            made = fit(order, resolved, folder, watch)
-        except VerificationError as error:
-            over, rounds = past_limit(error), rounds + 1
-            if not over or way != "published" or rounds == _ROUNDS:
-                raise
-            further[error.axis] = further.get(error.axis, 0.0) + _FURTHER * over
-            stopped = error
-            continue
-        for axis in further:
-            text = f"{axis} was kept further from its limit, which it passed between points that keep it"
-            made.findings.append(Finding("kept-from-limit", text, Severity.INFO, axis=axis))
-        return made
 
 
 def _clamping_name(title: str, clamping: str, language: Language) -> str:

@@ -7,8 +7,10 @@ import shutil
 from pathlib import Path
 
 import pytest
+from six_axes import six_axes
 
 import camrob
+from camrob.jobs.files.cells_and_samples import cell_from_urdf
 
 ROOT = Path(__file__).resolve().parents[2]
 CELL = ROOT / "cells" / "kr15_track_table"
@@ -76,7 +78,8 @@ def test_it_serves_a_cell_whose_table_is_held_too(tmp_path: Path, method: str) -
     assert posted(tmp_path / "near", found[1], cell, method).summary.points > 0
 
 
-def test_a_plan_is_advice_where_one_was_made_and_serves(tmp_path: Path) -> None:
+def test_a_plan_is_advice_where_one_was_made_and_serves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("camrob.redundancy.published.beginnings.other_beginnings", lambda cell, pose: [])
     cell, where = held(tmp_path / "cell", "[-40, 40]", "[-100, 700]"), "[-68, -684, 127, 0, -54, -32]"
     with pytest.raises(
         camrob.LimitError, match="--method planned, which chooses E2, E1, roll over the whole path, follows it"
@@ -93,8 +96,21 @@ def test_a_plan_that_finds_no_way_either_is_no_advice(tmp_path: Path) -> None:
 
 
 def test_a_part_that_no_shift_brings_into_reach_is_reported_so(tmp_path: Path) -> None:
-    with pytest.raises(camrob.UnreachableError, match="no shift of the part by up to 800 mm along the axes of base"):
+    text = CL.replace("/-60.0", "/-6000.0").replace("/60.0", "/6000.0")
+    (tmp_path / "part.cls").write_text(text)
+    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\nclearance_mm = 20\n")
+    with pytest.raises(
+        camrob.UnreachableError, match="no shift of the part by up to 800 mm along the axes of base, nor"
+    ):
+        camrob.post(tmp_path / "part.cls", cell=CELL, out=tmp_path / "out", report=False)
+
+
+def test_a_part_farther_off_than_any_shift_is_sent_to_where_the_tool_is_at_home(tmp_path: Path) -> None:
+    with pytest.raises(camrob.UnreachableError) as caught:
         posted(tmp_path / "far", "[0, 0, 2600, 0, 0, 0]")
+    found = re.search(r"touches nothing .*: part_in_base = (\[[^]]*\])", str(caught.value))
+    assert found is not None, str(caught.value)
+    assert posted(tmp_path / "near", found[1]).summary.points > 0
 
 
 @pytest.mark.slow
@@ -106,3 +122,34 @@ def test_a_file_read_in_inches_that_is_in_millimetres(tmp_path: Path) -> None:
         camrob.JobError, match=r"read as inches the path is 3048 mm wide, so it may be in mm \(--units mm\)"
     ):
         camrob.post(tmp_path / "part.cls", cell=CELL, out=tmp_path / "out", units="inch", report=False)
+
+
+def test_an_arm_out_of_a_urdf_is_sent_to_a_place_before_its_tool(tmp_path: Path) -> None:
+    """The part lies in the robot's foot, as the samples' do: no body of the arm is drawn that would say so."""
+    cell_from_urdf(six_axes(tmp_path), post=True, out=tmp_path)
+    with pytest.raises(camrob.JobError) as caught:
+        posted(tmp_path / "foot", "[0, 0, 200, 0, 0, 0]", tmp_path / "six")
+    said = str(caught.value)
+    found = re.search(
+        r"it can be followed and touches nothing .* not drawn\): part_in_base = (\[([-\d.]+), [^]]*\])", said
+    )
+    assert found is not None, said
+    assert float(found[2]) > 500.0  # before the foot
+    assert posted(tmp_path / "before", found[1], tmp_path / "six").summary.points > 0
+
+
+@pytest.mark.slow
+def test_a_collision_names_a_place_that_is_free(tmp_path: Path) -> None:
+    """A wall of the cell stands in the part."""
+    shutil.copytree(CELL, tmp_path / "cell", ignore=shutil.ignore_patterns("poses.csv"))
+    settings = tmp_path / "cell" / "cell.toml"
+    wall = (
+        '[[shape]]\nname = "post"\ngroup = "post"\nframe = "world"\nkind = "box"\nsize_mm = [60, 60, 600]\n'
+        'at = [40, 0, 300, 0, 0, 0]\nignore = ["table", "part", "stock"]\nstanding = "assumed"\n\n'
+    )
+    settings.write_text(settings.read_text(encoding="utf-8").replace("[controller]\n", wall + "[controller]\n", 1))
+    with pytest.raises(camrob.CollisionError) as caught:
+        posted(tmp_path / "in_it", "[0, 0, 200, 0, 0, 0]", tmp_path / "cell")
+    found = re.search(r"it can be followed and touches nothing .*: part_in_base = (\[[^]]*\])", str(caught.value))
+    assert found is not None, str(caught.value)
+    assert posted(tmp_path / "beside", found[1], tmp_path / "cell").summary.collisions.count == 0

@@ -18,7 +18,7 @@ INNER = ("camrob.kinematics", "camrob.studies", "camrob.loop", "camrob.witness",
 PASSED_ON = {
     "camrob/controller/replay.py": "finding.text",
     "camrob/jobs/batching/dask_workers.py": "'the batch was interrupted'",
-    "camrob/jobs/post.py": "variant to try",
+    "camrob/jobs/release/first_free.py": "variant to try",
     "camrob/redundancy/tracing/traced.py": "'no rounds were searched'",
 }
 INSIDE = re.compile(r"\b(?:region -1|index \{|ndarray|NoneType|traceback|kwargs|dtype)\b", re.IGNORECASE)

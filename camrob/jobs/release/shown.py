@@ -21,7 +21,7 @@ from camrob.jobs.files.mounting import cutter_of
 from camrob.jobs.files.said_lines import said_lines
 from camrob.jobs.solving.plan_obstacles import collisions_at
 from camrob.program.program_text import ProgramText
-from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.beginnings import resolve_published
 from camrob.redundancy.published.weighting import even_weights
 from camrob.redundancy.redundancy_map import RedundancyMap, redundancy_map
 from camrob.redundancy.solution import Solution
@@ -109,11 +109,11 @@ def other_ways(inputs: JobInputs, solution: Solution) -> dict[str, Array]:
     if len(inputs.path) > COMPARED:
         return {}
     even = even_weights(inputs.cell)
-    ways: dict[str, Callable[..., Solution]] = {"published method": resolve_vjm}
+    ways: dict[str, Callable[..., Solution]] = {"published method": resolve_published}
     if solution.method == "vjm":
         ways = {
-            ALIKE: partial(resolve_vjm, weighting=even),
-            UNREVISED: partial(resolve_vjm, revise=False),
+            ALIKE: partial(resolve_published, weighting=even),
+            UNREVISED: partial(resolve_published, revise=False),
         }
     others = {}
     for name, way in ways.items():

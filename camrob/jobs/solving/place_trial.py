@@ -12,12 +12,12 @@ from camrob.bodies.table_plate import TablePlate
 from camrob.checks.collision_report import CollisionReport
 from camrob.errors import CollisionError, JobError, LimitError, SingularError, UnreachableError
 from camrob.jobs.files.inputs import JobInputs
-from camrob.jobs.solving.plan_obstacles import job_collisions
+from camrob.jobs.solving.plan_obstacles import job_collisions, job_obstacles
 from camrob.jobs.solving.thinned import thinned
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.placement import Placements
-from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.beginnings import resolve_published
 from camrob.redundancy.solution import Solution
 from camrob.se3 import inverse
 
@@ -159,14 +159,21 @@ def try_placements(
 
 
 def try_placement(
-    inputs: JobInputs, path: ToolPathInBase, base_T_part: Array, resolve: Callable[..., Solution] = resolve_vjm
+    inputs: JobInputs,
+    path: ToolPathInBase,
+    base_T_part: Array,
+    resolve: Callable[..., Solution] = resolve_published,
+    *,
+    clear: bool = False,
 ) -> tuple[Solution, CollisionReport] | str:
-    """A placement's solution and what it touches, or why it can't be followed by that method."""
+    """A placement's solution and what it touches, or why it can't be followed by that method; clear: which is told what to keep
+    clear of.
+    """
     part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
     path = replace(path, base_T_tip=base_T_part @ part_T_tip)
     moved = replace(inputs, path=path, setup=replace(inputs.setup, base_T_part=base_T_part))
     try:
-        solution = resolve(inputs.cell, path)
+        solution = resolve(inputs.cell, path, **({"obstacles": job_obstacles(moved)} if clear else {}))
     except JobError as error:
         return next(
             (text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the follower can't follow"

@@ -20,12 +20,12 @@ from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
 from camrob.jobs.solving.sought import Sought
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.beginnings import resolve_begun_elsewhere, resolve_published
 from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.units import m_to_mm
 
-__all__ = ["METHODS", "Residual", "ResolvedJob", "check_method", "resolve_job"]
+__all__ = ["BEGUN", "ELSEWHERE", "METHODS", "Residual", "ResolvedJob", "check_method", "resolve_job"]
 
 Array = NDArray[np.float64]
 Residual = tuple[Array, Array]
@@ -40,13 +40,16 @@ def _planned(cell: Cell, path: ToolPathInBase, **options: Any) -> Solution:
     return resolve_planned(cell, path, **options)
 
 
+BEGUN = PUBLISHED, ELSEWHERE = "published", "begun elsewhere"
+"""Ways that begin without a plan; the second one is for paths on which the first one touches something."""
 METHODS: Mapping[str, Mapping[str, Callable[..., Solution]]] = {
-    "vjm": {"published": resolve_vjm},
+    "vjm": {PUBLISHED: resolve_published, ELSEWHERE: resolve_begun_elsewhere},
     "planned": {
         "knee": partial(_planned, mode="knee"),
         "still": partial(_planned, mode="still"),
         "flowing": partial(_planned, mode="flowing"),
-        "published": resolve_vjm,
+        PUBLISHED: resolve_published,
+        ELSEWHERE: resolve_begun_elsewhere,
     },
 }
 """The ways of each method, tried in turn until one keeps free of collisions."""
@@ -101,8 +104,10 @@ def resolve_job(
         except JobError as e:
             from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
 
+            if resolve is resolve_begun_elsewhere:  # what stands against the first way is what is said
+                raise
             raise with_a_place(
-                named_region(kept.named(e), inputs), inputs, planned=resolve is not resolve_vjm
+                named_region(kept.named(e), inputs), inputs, planned=resolve is not resolve_published
             ) from None
         solution = replace(found, cell_digest=here.cell.digest, findings=(*found.findings, *kept.findings))
         path = here.path if solution.path is None else solution.path
@@ -129,8 +134,8 @@ def _solved(
     further: Mapping[str, float] | None,
 ) -> Solution:
     """The solution of one stretch."""
-    if resolve is resolve_vjm:
-        return resolve_vjm(inputs.cell, inputs.path, further=further, progress=progress)
+    if resolve is resolve_published:
+        return resolve_published(inputs.cell, inputs.path, further=further, progress=progress)
     from camrob.jobs.solving.plan_run import job_run
 
     score = batch_score(inputs.cell, device)

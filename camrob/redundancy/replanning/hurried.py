@@ -12,7 +12,7 @@ from camrob.errors import JobError
 from camrob.findings import Finding, Severity
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.published.virtual_joint import resolve_vjm
+from camrob.redundancy.published.beginnings import resolve_published
 from camrob.redundancy.replanning.one_plan import Task
 from camrob.redundancy.solution import Solution
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 def published(cell: Cell, path: ToolPathInBase, why: str, report_share: Share) -> Solution:
     """The published method in the planner's place. Raises JobError where it fails too, which then says why there is no plan."""
     try:
-        solution = resolve_vjm(cell, path, progress=report_share)
+        solution = resolve_published(cell, path, progress=report_share)
     except JobError as error:
         error.what = f"{error.what} (by the published method; there is no plan: {why})"
         raise
@@ -57,7 +57,7 @@ def held_to_published(task: Task, given: ToolPathInBase, solution: Solution) -> 
     if plan is None or not plan.missed:
         return solution
     try:
-        other = resolve_vjm(task.cell, given)
+        other = resolve_published(task.cell, given)
     except JobError:
         return solution
     mean = float(np.average(np.asarray(other.inv_kf), weights=given.weight))

@@ -56,7 +56,7 @@ def test_where_no_way_is_left_so_far_from_it_the_limit_is_the_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The job solved again may fail for a reason that nobody would have met."""
-    import camrob.jobs.post as job
+    import camrob.jobs.release.first_free as job
 
     real = job.resolve_job
 

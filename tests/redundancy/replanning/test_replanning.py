@@ -223,7 +223,7 @@ def test_a_refusal_of_a_hurried_plan_says_that_its_time_was_over(tmp_path: Path,
             "A5 passes its limit; place the part elsewhere (camrob place) or post with --method planned"
         )
 
-    monkeypatch.setattr("camrob.jobs.post._fit_within_limits", unfit)
+    monkeypatch.setattr("camrob.jobs.release.first_free._fit_within_limits", unfit)
     with pytest.raises(VerificationError) as refused:
         post(SAMPLE, cell=CELL.folder, out=tmp_path / "out", method="planned", seconds=seconds)
     what = str(refused.value)
