@@ -912,6 +912,19 @@ def test_no_axis_is_asked_for_more_than_it_can() -> None:
         assert groove(*CUT, end=_turned(END, 60.0), axis_speed=np.array([most, math.inf])) == said
 
 
+@pytest.mark.parametrize(
+    ("cut", "end", "row"), [((CUT[0], *_turned((CUT[1],), 60.0)), END, 2), (CUT, _turned(END, 60.0), 3)]
+)
+def test_what_is_said_of_a_motion_names_the_files_line_that_it_is_made_for(cut, end, row: int) -> None:
+    """The cut's of an axis that is too slow in it, the rapid's of one that is too slow in the air behind it."""
+    story = file(*GROOVE)
+    (objection,) = judged(
+        story, program(*START, *cut, *_turned(end, 60.0)), axis_speed=np.array([10.0, math.inf])
+    ).objections
+    assert objection.code == "axis-speed"
+    assert objection.cl_line == story.path.line[row] > 0
+
+
 def test_cuts_in_the_air_that_the_file_lacks_are_not_judged() -> None:
     """Another program's region high above the part, at its feed; a way at half the rapid feed is one."""
     for share, expected in ((1.0, 0), (0.5, 0), (0.25, 1)):

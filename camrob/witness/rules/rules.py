@@ -114,7 +114,20 @@ def compare(story: Story, run: Run, terms: Terms) -> Comparison:
     objections += state_objections(scene, fittings)
     against, gaps = load_objections(scene, fittings)
     objections += against
+    objections = [_traced(objection, match, story, run) for objection in objections]
     return Comparison(objections, match.met, events.met, [*_unjudged(match, file, story, run, terms.rapid), *gaps])
+
+
+def _traced(objection: Objection, match: Match, story: Story, run: Run) -> Objection:
+    """The objection with the file's line that its motion is made for, or leads to, where it names the program's alone."""
+    if objection.cl_line or not objection.line or not len(match.pairs):
+        return objection
+    rows = np.flatnonzero((run.path.line == objection.line) & (run.file == objection.file))
+    onward = match.pairs[match.pairs[:, 0] >= rows[0]] if len(rows) else match.pairs[:0]
+    if not len(onward):
+        return objection
+    served = onward[np.argmin(onward[:, 0]), 1]
+    return replace(objection, cl_line=int(story.path.line[served]))
 
 
 def _from_where_it_stands(story: Story) -> Story:
