@@ -43,6 +43,7 @@ _SLACK = 1.1  # by so much 95 % of the way may be farther off where the mean squ
 _FARTHER = (
     1e-5  # m rms by which a motion that is farther off than before is told: less than half of what any arm repeats to
 )
+_SEEN = 3e-5  # m that stay for their speed's sake, and are worth a word: as much as a good arm repeats to
 _PRINTED = 1e-3  # degrees: rounding of what is printed, and well below what anybody would teach
 _OF_ONE = "holds the tool's own frame, as of the one that was measured: it is taken for all of them"
 _GUARD = 2e-6  # rad to a limit: what rounding the printed pose may move an axis by
@@ -172,6 +173,7 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         made.left.append(Finding("force-bends-nothing", f"{what} compliance, {known.force.path.name} no [tool]"))
     if made.more:
         made.left += _farther(before, made, meant_rows(made.text, added))
+    made.left += _too_fast(made)
     made.on_machine = OnDiagnosedMachine(
         diagnosis=known.name,
         causes=as_it_was.further_causes() if made.more else (),
@@ -215,6 +217,23 @@ def _farther(before: OffWay, made: Correction, meant: NDArray[np.int64]) -> list
         f"{m_to_mm(was[worst]):.3f}: their ends are moved for the cuts beside them; look whether they touch the part"
     )
     return [Finding("farther-off", what, line=line, count=len(rows))]
+
+
+def _too_fast(made: Correction) -> list[Finding]:
+    """What drives that follow late leave where the way turns: no targets take it off, a lower feed does."""
+    if made.best is None or not len(made.off_path.off):
+        return []
+    late, off = made.best.left_of_speed(), made.off_path.within(0.95)
+    share = late.within(0.95)
+    if share < _SEEN or share < 0.5 * off:
+        return []
+    line = int(made.text.line[late.motion[int(np.argmax(late.off))]])
+    what = (
+        f"most of what stays (95 % of the way within {m_to_mm(off):.3f} mm) is of drives that follow late, where the way turns "
+        "or ends: targets can't follow that. Post with tolerance_mm in the set-up and this diagnosis, which lowers the feed "
+        "there, and compensate that program"
+    )
+    return [Finding("left-by-speed", what, line=line)]
 
 
 def _stated(text: ProgramText, cell: Cell) -> NDArray[np.bool_]:

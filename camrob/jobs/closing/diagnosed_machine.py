@@ -138,9 +138,20 @@ class MachineRun:
         """
         calibrated = self.chains.poses(self.cell.to_q(self.log.setpoints(self.cell.axis_names)))
         twist = pose_difference(self.path.true, calibrated)
-        moved = self._of_speed()[:, :3]
-        twist[:, :3] -= moved - beside_way(self.path.ideal[:, :3, 3], moved)
+        twist[:, :3] -= self._of_speed[:, :3] - self._late
         return twist
+
+    @cached_property
+    def _late(self) -> Array:
+        """(N, 3) m by which what comes of the speed carries the tool off its way."""
+        return beside_way(self.path.ideal[:, :3, 3], self._of_speed[:, :3])
+
+    def left_of_speed(self) -> OffWay:
+        """What no correction of the motions' ends takes of what the speed carries the tool off its way by, where it cuts."""
+        cutting = np.flatnonzero(self.machine.cuts(self.program)[self.motion])
+        late = np.pad(self._late, ((0, 0), (0, 3)))
+        left = (late - self.way.between(self.way.fit(late)))[cutting, :3]
+        return OffWay(np.linalg.norm(left, axis=1), self.way.step[cutting], self.motion[cutting])
 
     def beyond_at_ends(self) -> Array:
         """(M, 6) twists at the motions' ends which, interpolated along the motions, come nearest to `beyond_constants`.
@@ -212,6 +223,7 @@ class MachineRun:
         path = true_path(log, self.cell, machine.constants, machine.units, rest=machine.rest, drawn=True)
         return np.zeros((len(rows), 0)) if path.together is None else path.together
 
+    @cached_property
     def _of_speed(self) -> Array:
         """(N, 6) the part of the twist that comes of the speed: run as slowly, less than half of it would be there."""
         columns = {**self.log.columns, "t": SLOWLY * np.asarray(self.log.t)}

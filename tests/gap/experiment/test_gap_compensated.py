@@ -18,6 +18,9 @@ from test_gap_program import HEAD, HOME, start
 
 from camrob import post
 from camrob.errors import InputError
+from camrob.gap.effects.effect import EffectParameter, Unit
+from camrob.gap.effects.registry import library
+from camrob.gap.fitted_units import FittedUnits
 from camrob.jobs.closing.added_targets import places_to_add
 from camrob.jobs.closing.diagnosed_machine import DiagnosedMachine, shifted
 from camrob.jobs.closing.run_way import RunWay, arcs_of
@@ -207,6 +210,38 @@ def off_path(run: Path, intended: Path, apply, added: tuple[int, ...] = ()) -> n
     """
     log = closed_loop.run_on_cell(run, apply, 2, sigma_mm=0.0)
     return closed_loop.off_path(log, intended, added=(*closed_loop.lines_of_head(run), *added))
+
+
+def test_what_late_drives_leave_in_corners_asks_for_a_lower_feed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A zigzag with a drive that is 30 ms late: said at its feed, and not at a twentieth of it, where a twentieth is left."""
+    unit = Unit("servo_lag", "A1", (EffectParameter("A1_s", "s", 0.02, 0.0, 1.0),))
+    effect = next(e for e in library() if e.name == "servo_lag")
+    found = FittedUnits((unit,), (effect,), ({},), np.array([0.03]), np.zeros((1, 1)), None)
+    monkeypatch.setattr("camrob.jobs.compensate.diagnosed", lambda *_: (found, 0.0))
+    left, said = [], []
+    for name, speed in (("fast", 0.06), ("slow", 0.003)):
+        (tmp_path / name).mkdir()
+        program = zigzag(tmp_path / name, speed)
+        machine = DiagnosedMachine(cell_for("compensate", KR15), None, found, 0.0, "")
+        left.append(machine.run(language_of_file(program).read(program)).left_of_speed().within(0.95))
+        made = compensate(program, cell=KR15, diagnosis=tmp_path, out=tmp_path / f"{name}_out").summary
+        said.append({w.code for w in made.warnings})
+    assert left[0] > 1e-4 and left[1] < 0.1 * left[0]
+    assert "left-by-speed" in said[0] and "left-by-speed" not in said[1]
+
+
+def zigzag(folder: Path, speed: float) -> Path:
+    """A program of lines of 8 mm that turn by right angles, at a speed in m/s."""
+    head = HEAD.replace("$VEL.CP=0.2", f"$VEL.CP={speed}")
+    x, y, z, a, b, c = start(head)
+    places = [(x - 60 + 8 * ((k + 1) // 2), y + 8 * (k // 2), z - 100) for k in range(12)]
+    turned = f"A {a:.3f},B {b:.3f},C {c:.3f},E1 0,E2 0"
+    lines = [f"LIN {{X {u:.3f},Y {v:.3f},Z {w:.3f},{turned}}}" for u, v, w in places]
+    path = folder / "zigzag.src"
+    path.write_text(head + "\n".join([HOME, *lines]) + "\nEND\n")
+    return path
 
 
 def test_without_any_word_of_what_is_wrong_it_is_refused(tmp_path: Path) -> None:
