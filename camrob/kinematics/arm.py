@@ -210,11 +210,11 @@ def reach(
 ) -> int:
     """All postures by the one closed form or the other: `solve_arm`, or where `screws` is not None `solve_screws`.
 
-    `only`: the one branch that is wanted (`solve_screws` finds all the same); -1: all.
+    `only`: the one branch that is wanted, which alone `why` is then to be asked for; -1: all.
     """
     if screws is None:
         return int(solve_arm(arm, R, p, near, Q, why, only))
-    return int(solve_screws(screws, R, p, near, Q, why))
+    return int(solve_screws(screws, R, p, near, Q, why, only))
 
 
 def _fit_turns(q: Array, lower: Array, upper: Array) -> Array:

@@ -41,6 +41,7 @@ WRIST, PARALLEL, OFFSET = 1, 2, 3  # families, by a number that compiled code ca
 _NONE = 1e-9  # of the lengths that it is a product of, within which a determinant is none
 _SINGULAR = 1e-9  # sine below which two axes are one
 _SAME = 1e-7  # rad within which two postures are one
+_FAR = 0.3  # rad that keep two apart which Newton's method has yet to mend
 
 
 class ScrewArm(NamedTuple):
@@ -226,12 +227,22 @@ def _by_parallels(h: Array, o: Array, M: Array, p: Array, near: Array, Q: Array,
 
 
 @part
-def solve_screws(arm: ScrewArm, R: Array, p: Array, near: Array, Q: Array, why: Ints) -> int:
+def _far(one: Array, other: Array) -> bool:
+    """Whether two postures (6,) lie so far apart that Newton's method makes no one of them."""
+    for i in range(6):
+        d = one[i] - other[i]
+        if abs(d - 2.0 * np.pi * np.round(d / (2.0 * np.pi))) > _FAR:
+            return True
+    return False
+
+
+@part
+def solve_screws(arm: ScrewArm, R: Array, p: Array, near: Array, Q: Array, why: Ints, only: int = -1) -> int:
     """All postures of the arm whose tool stands at rotation R (3, 3) and position p (3,) in its foot.
 
     Fills Q (K, 6), K at least 8, each angle on the turn nearest to `near` (6,), and why (K,): BRANCH_OK or BRANCH_OUT_OF_REACH.
     Where two axes are one the angle of the first of them stays at `near`'s. Returns how many there are. A row is a branch that a
-    path can be followed on.
+    path can be followed on. only: the one row that is wanted, whatever the others then say; -1: all.
     """
     M, d = np.empty((3, 3)), np.empty(3)
     for r in range(3):
@@ -249,13 +260,15 @@ def solve_screws(arm: ScrewArm, R: Array, p: Array, near: Array, Q: Array, why: 
     if arm.family == WRIST:
         _by_wrist(arm.h, arm.o, M, d, close, rows, there)
     elif arm.family == OFFSET:
-        by_offset(arm.h, arm.o, M, d, close, rows, there)
+        by_offset(arm.h, arm.o, M, d, close, rows, there, only)
     else:
         _by_parallels(arm.h, arm.o, M, d, close, rows, there)
     for k in range(why.shape[0]):
         why[k] = BRANCH_OUT_OF_REACH
     count = 0
     for k in range(8):
+        if only >= 0 and (k > only or (k < only and there[k] and _far(rows[k], rows[only]))):
+            continue
         if not there[k] or not polish(arm.true_h, arm.true_o, M, d, rows[k]):
             continue
         for i in range(6):

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from camrob.compiled import part
 from camrob.kinematics.subproblems import rotate
+from camrob.small_matrices import solved
 
 __all__ = ["displace", "polish", "put_back"]
 
@@ -60,7 +61,7 @@ def displace(h: Array, o: Array, q: Array, R: Array, p: Array, Z: Array, P: Arra
 def polish(h: Array, o: Array, M: Array, d: Array, q: Array) -> bool:
     """Mend q (6,) until it displaces by M (3, 3), d (3,); False where it is not met."""
     R, p, Z, P = np.empty((3, 3)), np.empty(3), np.empty((6, 3)), np.empty((6, 3))
-    J, error = np.empty((6, 6)), np.empty(6)
+    J, H, error, step = np.empty((6, 6)), np.empty((6, 6)), np.empty(6), np.empty((6, 1))
     before = np.inf
     for _step in range(_STEPS):
         displace(h, o, q, R, p, Z, P)
@@ -86,8 +87,17 @@ def polish(h: Array, o: Array, M: Array, d: Array, q: Array) -> bool:
             J[1, i] = Z[i, 2] * x - Z[i, 0] * z
             J[2, i] = Z[i, 0] * y - Z[i, 1] * x
             J[3, i], J[4, i], J[5, i] = Z[i, 0], Z[i, 1], Z[i, 2]
-        H = J.T @ J
         for i in range(6):
+            step[i, 0] = 0.0
+            for r in range(6):
+                step[i, 0] += J[r, i] * error[r]
+            for k in range(i + 1):
+                H[i, k] = 0.0
+                for r in range(6):
+                    H[i, k] += J[r, i] * J[r, k]
+                H[k, i] = H[i, k]
             H[i, i] += _DAMPING
-        q += np.linalg.solve(H, J.T @ error)
+        solved(H, step)
+        for i in range(6):
+            q[i] += step[i, 0]
     return worst < _MET

@@ -10,7 +10,7 @@ from camrob.cell.cell import Cell
 from camrob.cell.joint import Joint, Role
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool
-from camrob.kinematics.screw_arm import OFFSET, solve_screws_many
+from camrob.kinematics.screw_arm import OFFSET, solve_screws, solve_screws_many
 from camrob.kinematics.screw_families import screw_arm, screw_displacement
 from camrob.kinematics.spherical_wrist import BRANCH_OK
 
@@ -97,6 +97,25 @@ def test_a_posture_keeps_its_row_along_a_path_but_where_the_arm_or_a_way_folds(n
             folded += k != row and row >= 0 and now == sign
             row, sign = k, now
     assert lost <= 0.02 * total and folded <= 3
+
+
+@pytest.mark.parametrize("name", [*ARMS, *DRAWN])
+def test_one_row_that_is_asked_for_is_as_among_all(name: str) -> None:
+    h, o = {**ARMS, **DRAWN}[name]()
+    arm = screw_arm(h, o, np.eye(4))
+    rng, found = np.random.default_rng(7), 0
+    for q in rng.uniform(-np.pi, np.pi, (2, 6)):
+        pose, near = screw_displacement(h, o, q[None])[0], q + 0.2 * rng.normal(size=6)
+        every, alone = np.zeros((8, 6)), np.zeros((8, 6))
+        why, its = np.zeros(8, np.int64), np.zeros(8, np.int64)
+        solve_screws(arm, pose[:3, :3], pose[:3, 3], near, every, why)
+        for row in range(8):
+            solve_screws(arm, pose[:3, :3], pose[:3, 3], near, alone, its, row)
+            assert its[row] == why[row]
+            if why[row] == BRANCH_OK:
+                np.testing.assert_allclose(alone[row], every[row], atol=1e-8)
+                found += 1
+    assert found >= 4
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from camrob.compiled import kernel, part
 from camrob.kinematics.arm import reach
 from camrob.kinematics.spherical_wrist import BRANCH_OK
 from camrob.redundancy.accuracy.part_error import PUSH
-from camrob.redundancy.planning.certificate import Certificate, Survey
+from camrob.redundancy.planning.certificate import Certificate, Survey, inside
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot
 from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
 
@@ -25,6 +25,10 @@ ROLLS = 24  # of a turn
 ROLLS_KEPT = 2  # cheapest rolls a branch, apart from each other
 LATTICE = 3  # every third roll is a candidate however dear: a plan may have to pass through it
 NODES = 1000  # a layer at most
+TURNS_KEPT = (
+    4  # whole turns of a posture that a layer takes, in the mean: more of them lead a UR10e's forearm into the stock
+)
+VARIANTS = 64  # of a posture by whole turns, at most
 
 
 class Nodes(NamedTuple):
@@ -70,7 +74,7 @@ def candidate_nodes(
     """Candidates of poses (T, 4, 4): `seeds` holds the external postures (K, E) to try at each; with a certificate (T poses)
     its own best posture is one, too. push: (T, PUSH), where the part's error is looked at.
     """
-    external = len(space.free) - space.roll
+    external, rows = len(space.free) - space.roll, 8 * TURNS_KEPT * (ROLLS_KEPT + ROLLS // LATTICE + 1)
 
     def one(t: int) -> tuple[Array, Array, Ints, Array]:
         grid, best = seeds[t], None
@@ -87,7 +91,10 @@ def candidate_nodes(
             best if best is not None else np.zeros(len(space.free)),
             ROLLS,
             np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH),
+            space.lower,
+            space.upper,
         )
+        u, q, branch, price = (x[: rows * len(grid)] for x in (u, q, branch, price))
         keep = _kept(u[:, :external], price)
         return u[keep], q[keep], branch[keep], price[keep]
 
@@ -132,10 +139,7 @@ def external_prices(
             if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
             for b in range(8):
-                inside = work.why[b] == BRANCH_OK
-                for i in range(6):
-                    inside = inside and space.lower[i] <= work.Q[b, i] <= space.upper[i]
-                if inside:
+                if work.why[b] == BRANCH_OK and inside(space, work.Q[b]):
                     q = work.Q[b].copy()
                     own = error_price(objective, u, q, push)
                     a, c = posture_price(space, objective, u, q, conditioning(space, q, work))
@@ -145,10 +149,10 @@ def external_prices(
 
 
 @part
-def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
-    """Fill variants (27, 6) with q and its whole turns within limits; returns their number, 0 where q itself is outside."""
+def _turns(lower: Array, upper: Array, q: Array, variants: Array) -> int:
+    """Fill variants (VARIANTS, 6) with q and its whole turns within limits; returns their number, 0 where q itself is outside."""
     for i in range(6):
-        if q[i] < space.lower[i] or q[i] > space.upper[i]:
+        if q[i] < lower[i] or q[i] > upper[i]:
             return 0
     variants[0] = q
     count = 1
@@ -156,7 +160,7 @@ def _turns(space: PlanSpace, q: Array, variants: Array) -> int:
         before = count
         for sign in (-1.0, 1.0):
             other = q[i] + sign * 2.0 * np.pi
-            if space.lower[i] <= other <= space.upper[i]:
+            if lower[i] <= other <= upper[i]:
                 for k in range(before):
                     if count < variants.shape[0]:
                         variants[count] = variants[k]
@@ -172,7 +176,6 @@ def _price_branches(
     u: Array,
     push: Array,
     work: PlanWork,
-    variants: Array,
     q: Array,
     price: Array,
     well: Array,
@@ -184,7 +187,7 @@ def _price_branches(
             value = -1.0
         if work.why[b] == BRANCH_OK:
             q[b] = work.Q[b]
-            if _turns(space, q[b], variants) > 0:
+            if inside(space, q[b]):
                 if value < 0.0:  # both branches of a spherical wrist share 1/k_F
                     value = conditioning(space, q[b], work)
                 a, c = posture_price(space, objective, u, q[b], value)
@@ -193,11 +196,22 @@ def _price_branches(
                 price[b], well[b] = a + c, a
 
 
+@part
+def _longer(rows: Array, count: int) -> Array:
+    """rows (K, ..) with room for count of them."""
+    out = np.empty((count, *rows.shape[1:]), rows.dtype)
+    out[: rows.shape[0]] = rows
+    return out
+
+
 @kernel(nogil=True)
 def _layer(
-    space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int, push: Array
-) -> tuple[Array, Array, Ints, Array]:
-    """Candidates of one pose: u (K, F), q (K, 6), branch (K,), price (K,). `exact`: the last of the grid has best's own roll."""
+    space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int, push: Array,
+    lower: Array, upper: Array,
+) -> tuple[Array, Array, Ints, Array]:  # fmt: skip
+    """Candidates of one pose: u (K, F), q (K, 6), branch (K,), price (K,). `exact`: the last of the grid has best's own roll;
+    lower, upper (6,): within which whole turns are tried.
+    """
     M, E = grid.shape
     F = space.free.shape[0]
     count = rolls if space.roll == 1 else 1
@@ -207,7 +221,7 @@ def _layer(
     room = M * 8 * (ROLLS_KEPT + count // LATTICE + 1) * 4
     u_out, q_out = np.empty((room, F)), np.empty((room, 6))
     branch_out, price_out = np.empty(room, np.int64), np.empty(room)
-    variants, u = np.empty((27, 6)), np.zeros(F)
+    variants, u = np.empty((VARIANTS, 6)), np.zeros(F)
     K = 0
     for m in range(M):
         u[:E] = grid[m]
@@ -222,7 +236,7 @@ def _layer(
             pose_in_foot(space, frame, u, work)
             if reach(space.arm, space.screws, work.Rt, work.pt, space.center, work.Q, work.why) == 0:
                 continue
-            _price_branches(space, objective, u, push, work, variants, q_all[k], price[k], well[k])
+            _price_branches(space, objective, u, push, work, q_all[k], price[k], well[k])
         for b in range(8):
             chosen[:] = False
             for k in range(0, count, LATTICE):
@@ -237,12 +251,15 @@ def _layer(
             for k in range(count):
                 if not chosen[k]:
                     continue
-                total = _turns(space, q_all[k, b], variants)
+                total = _turns(lower, upper, q_all[k, b], variants)
+                if K + total > room:
+                    room *= 2
+                    u_out, q_out = _longer(u_out, room), _longer(q_out, room)
+                    branch_out, price_out = _longer(branch_out, room), _longer(price_out, room)
                 if space.roll == 1:
                     u[F - 1] = angle[k]
                 for v in range(total):
-                    if K < room:
-                        _a, c = posture_price(space, objective, u, variants[v], 1.0)
-                        u_out[K], q_out[K], branch_out[K], price_out[K] = u, variants[v], b, well[k, b] + c
-                        K += 1
+                    _a, c = posture_price(space, objective, u, variants[v], 1.0)
+                    u_out[K], q_out[K], branch_out[K], price_out[K] = u, variants[v], b, well[k, b] + c
+                    K += 1
     return u_out[:K], q_out[:K], branch_out[:K], price_out[:K]

@@ -22,7 +22,17 @@ from camrob.product_grid import product_grid
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot, posture
 from camrob.redundancy.planning.scan_batched import Score, scan_batched
 
-__all__ = ["Certificate", "Survey", "certify", "climb", "external_grid", "representatives", "scan", "survey_poses"]
+__all__ = [
+    "Certificate",
+    "Survey",
+    "certify",
+    "climb",
+    "external_grid",
+    "inside",
+    "representatives",
+    "scan",
+    "survey_poses",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -183,7 +193,8 @@ def representatives(base_T_tip: Array, count: int) -> tuple[Ints, Ints]:
 
 
 @part
-def _inside(space: PlanSpace, q: Array) -> bool:
+def inside(space: PlanSpace, q: Array) -> bool:
+    """Whether a posture (6,) is within the limits."""
     for i in range(6):
         if q[i] < space.lower[i] or q[i] > space.upper[i]:
             return False
@@ -213,7 +224,7 @@ def scan(space: PlanSpace, base_T_tip: Array, grid: Array, rolls: int) -> NDArra
                     if work.why[b + side] == BRANCH_OK:
                         for i in range(6):
                             q[i] = work.Q[b + side, i]
-                        if _inside(space, q):
+                        if inside(space, q):
                             if value < 0.0 or space.alike == 1:
                                 value = conditioning(space, q, work)
                             out[m, k, b + side] = value
@@ -252,7 +263,7 @@ def _value(space: PlanSpace, frame: Array, u: Array, branch: int, q: Array, work
     for i in range(u.shape[0]):
         if u[i] < space.u_lower[i] or u[i] > space.u_upper[i]:
             return 0.0
-    if not posture(space, frame, u, branch, space.center, q, work) or not _inside(space, q):
+    if not posture(space, frame, u, branch, space.center, q, work) or not inside(space, q):
         return 0.0
     return float(conditioning(space, q, work))
 
