@@ -7,11 +7,13 @@ import shutil
 from pathlib import Path
 
 import pytest
+from six_axes import six_axes
 
 from camrob import post
 from camrob.cell.read_cell import read_cell
 from camrob.errors import CollisionError
 from camrob.jobs.files.cell_check import cell_check
+from camrob.jobs.files.cells_and_samples import cell_from_urdf
 from camrob.kinematics.kernels import chain_arrays, forward_many
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -89,3 +91,20 @@ def test_bodies_that_touch_in_every_posture_are_drawn_into_each_other(tmp_path: 
     assert always and 'to ignore of "' not in always[0]
     group = re.findall(r'add "([^"]+)" to ignore of \'([^\']+)\'', always[0])
     assert group, always
+
+
+def test_a_part_that_stands_in_the_shoulder_is_to_be_placed_elsewhere_and_no_neighbour(tmp_path: Path) -> None:
+    """No HOME helps, and what the job brings may not be let touch the machine."""
+    cell_from_urdf(six_axes(tmp_path), post=True, out=tmp_path)
+    settings = tmp_path / "six" / "cell.toml"
+    shoulder = (
+        '[[shape]]\nname = "shoulder"\ngroup = "shoulder"\nframe = "A1"\nkind = "sphere"\nsize_mm = [450]\n'
+        'at = [0, 0, 0, 0, 0, 0]\nstanding = "assumed"\n\n'
+    )
+    text = settings.read_text(encoding="utf-8").replace("[controller]\n", shoulder + "[controller]\n", 1)
+    settings.write_text(text, encoding="utf-8")
+    shutil.copytree(ENGRAVING.parent, tmp_path / "part")
+    with pytest.raises(
+        CollisionError, match=r"shoulder.*stock.*they touch in all of \d+ postures.*place the part elsewhere"
+    ):
+        post(tmp_path / "part" / ENGRAVING.name, cell=tmp_path / "six", out=tmp_path / "out", report=False)
