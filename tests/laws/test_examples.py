@@ -92,7 +92,7 @@ def test_the_notebook_that_posts(shown, tmp_path: Path, capsys: pytest.CaptureFi
     assert names["OUT"].is_relative_to(tmp_path)
     assert "lowest 0.580, mean 0.628" in said and "judged by the witness: True" in said
     assert min(names["inv_kf"]) == pytest.approx(names["summary"].conditioning.inv_kf_min, abs=1e-3)
-    assert "camrob place" in str(names["refused"]) and "left behind: False" in said
+    assert "part_in_base = [" in str(names["refused"]) and "left behind: False" in said
 
 
 def test_the_notebook_of_free_axes(shown) -> None:

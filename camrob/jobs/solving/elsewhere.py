@@ -55,7 +55,7 @@ def with_a_place(error: JobError, inputs: JobInputs, *, planned: bool = False) -
     if not isinstance(error, CollisionError | UnreachableError | LimitError | SingularError):
         return error
     lost = isinstance(error, UnreachableError) and not error.reasons.get(IN_REACH)
-    doubt = "; ".join(filter(None, (_inches(inputs), _upside_down(inputs))))
+    doubt = "; ".join(filter(None, (_units(inputs), _upside_down(inputs))))
     plan, serves = ("", False) if planned or lost or doubt else _plan_here(inputs)
     return error.but("; ".join(filter(None, [error.what, doubt, plan, "" if serves or doubt else _advice(inputs)])))
 
@@ -83,9 +83,9 @@ def _plan_here(inputs: JobInputs) -> tuple[str, bool]:
     return f"--method planned, {tried}, follows it where the part is and touches nothing {on}", True
 
 
-def _inches(inputs: JobInputs) -> str:
-    """The doubt about units, where the path is wider than parts are that somebody draws in inches."""
-    return next((f.text for f in inputs.urgent if f.code == "path-in-inches"), "")
+def _units(inputs: JobInputs) -> str:
+    """The doubt about units: the path is wider than parts are that somebody draws in inches, or its place is in metres."""
+    return "; ".join(f.text for f in inputs.urgent if f.code in ("path-in-inches", "part-in-metres"))
 
 
 def _upside_down(inputs: JobInputs) -> str:

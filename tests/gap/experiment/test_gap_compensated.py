@@ -212,6 +212,7 @@ def off_path(run: Path, intended: Path, apply, added: tuple[int, ...] = ()) -> n
     return closed_loop.off_path(log, intended, added=(*closed_loop.lines_of_head(run), *added))
 
 
+@pytest.mark.slow
 def test_what_late_drives_leave_in_corners_asks_for_a_lower_feed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
