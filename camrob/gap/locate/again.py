@@ -20,19 +20,13 @@ __all__ = ["not_by_posture"]
 
 Array = NDArray[np.float64]
 
-_MOST_ROWS, _NEIGHBOURS, _KEPT = (
-    1500,
-    40,
-    4,
-)  # of a log; rows that are looked at about each; of another time, that are kept
-_BESIDE, _APART = (
-    150,
-    0.04,
-)  # a log's rows by the distance of neighbours in time; share of a log that another time is off
+# of a log; rows that are looked at about each; of another time, that are kept
+_MOST_ROWS, _NEIGHBOURS, _KEPT = 1500, 40, 4
+# a log's rows by the distance of neighbours in time; share of a log that another time is off
+_BESIDE, _APART = 150, 0.04
 _SMOOTH = 0.9  # share that neighbours in time show of what is smooth along a path
-_COMES_BACK = (
-    0.7  # share of the axes' own places that such neighbours in posture show: the run comes back to where it was
-)
+# share of the axes' own places that such neighbours in posture show: the run comes back to where it was
+_COMES_BACK = 0.7
 _SAME = 0.4  # of that share, below which what stays is another one there
 
 

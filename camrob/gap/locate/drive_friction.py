@@ -37,10 +37,8 @@ _PRIOR = 0.05  # of an axis, that its friction has grown where nobody knows
 _GROWN, _GROWN_SPREAD = float(np.log(2.0)), 0.5  # by how much it then has, and how far that differs (logarithms)
 _AGAIN, _AGAIN_ALONE = 0.12, 0.35  # how far a sound axis's differs from log to log, beside the others and without them
 _BY_LOAD = 0.5  # of the logarithm of the load, that a gear's friction may grow by
-_OF_LOAD, _ALONE = (
-    1.0,
-    0.3,
-)  # how far sound axes' differs by what their motors do else, and how sure one log can be: hardly
+# how far sound axes' differs by what their motors do else, and how sure one log can be: hardly
+_OF_LOAD, _ALONE = 1.0, 0.3
 
 
 @dataclass(frozen=True)
@@ -80,10 +78,8 @@ def drive_friction(scenes: Sequence[Scene]) -> dict[str, AxisFriction]:
     What an axis's motor does is gravity of all masses behind it, whatever they are, the axes' accelerations, a constant, and what
     changes sign with the direction: that is friction.
     """
+    quiet = [s for s in scenes if not s.poses and s.force is None]  # a push at the tool turns with the direction, too
     for kind in _UNITS:
-        quiet = [
-            s for s in scenes if not s.poses and s.force is None
-        ]  # what pushes at the tool turns with the direction, too
         logs = {s.name: found for s in quiet if (found := _of_log(s, kind))}
         if logs:
             break
@@ -171,17 +167,16 @@ def _one(scene: Scene, k: int, y: Array, v: Array, a: Array, weighs: Array) -> _
     left = y - U @ (U.T @ y)
     solved, *_ = np.linalg.lstsq(X, left, rcond=_RANK)
     off = left - X @ solved
-    by_speed, dry = float(solved[1]) * usual, float(solved[0])
-    if float(off @ off) > _UNTOLD * float(left @ left) or not -_FALLS * abs(dry) < by_speed * np.sign(
-        dry
-    ) < _RISES * abs(dry):
+    dry, slope = (float(v) for v in solved)
+    rises = slope * usual * float(np.sign(dry))  # beside the dry part
+    if float(off @ off) > _UNTOLD * float(left @ left) or not -_FALLS * abs(dry) < rises < _RISES * abs(dry):
         return None  # no friction does so: a force on the tool, or what no model of the arm says
     cov = _scatter(X, left, solved)
     taken = way @ solved
     else_done = y - taken
     return _Found(
-        dry=float(solved[0]),
-        slope=float(solved[1]),
+        dry=dry,
+        slope=slope,
         cov=cov,
         usual=usual,
         bears=float(np.quantile(np.abs(else_done - np.median(else_done)), 0.98)),

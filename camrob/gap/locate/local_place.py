@@ -68,7 +68,7 @@ def _text(one: LocalPoses) -> str:
 
 def _said(scene: Scene) -> LocalPoses | None:
     """What shares a place on one log; None for nothing."""
-    found = local_of(scene) if scene.poses else None
+    found = local_of(scene)
     if found is None:
         return None
     joint = None if not found.axis else scene.cell.joints[scene.cell.index(found.axis)]

@@ -142,6 +142,8 @@ def plain_gap(scene: Scene) -> Array:
 
 def local_of(scene: Scene) -> LocalRows | None:
     """What of the poses that take no part shares a place, and is no gross reading; None for nothing, and of a path."""
+    if not scene.poses:
+        return None
     if _LOCAL not in scene.found:
         find_outliers(scene, noise_of(scene))
     return scene.found.get(_LOCAL)

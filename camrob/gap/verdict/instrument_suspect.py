@@ -77,7 +77,7 @@ def _coarse(model: Model, stays: float) -> list[str]:
 
 def _gross(panel: Panel) -> GrossRows:
     """The rows of a log that stand far from all others and take no part, and share no place."""
-    shared = local_of(panel.scene) if panel.scene.poses else None
+    shared = local_of(panel.scene)
     alone = True if shared is None else ~shared.rows
     rows = np.flatnonzero((panel.w_tcp[:, :3] == 0.0).any(axis=1) & panel.scene.seen[:, 0] & alone)
     size = np.linalg.norm(panel.scene.tcp_gap[rows, :3], axis=1)

@@ -44,17 +44,14 @@ def _touches(cell: Cell, **job: Any) -> list[tuple[str, str]]:
 
 def _cure(groups: tuple[str, str], pair: tuple[str, str], other: OtherHome) -> str:
     """What to do about two bodies that touch at HOME."""
-    jobs = bool(set(groups) & set(JOB_GROUPS))
-    if pair in other.always and jobs:
-        return (
-            f"they touch in all of {other.looked} postures that were looked at: place the part elsewhere (camrob place)"
-        )
+    of_job = bool(set(groups) & set(JOB_GROUPS))
     if pair in other.always:
-        return (
-            f"they touch in all of {other.looked} postures that were looked at: draw one of them smaller, or, where they are "
-            f"neighbours, let them (add {json.dumps(groups[0])} to ignore of {pair[1]!r})"
-        )
-    if jobs:
+        cure = "place the part elsewhere (camrob place)"
+        if not of_job:
+            ignored = f"add {json.dumps(groups[0])} to ignore of {pair[1]!r}"
+            cure = f"draw one of them smaller, or, where they are neighbours, let them ({ignored})"
+        return f"they touch in all of {other.looked} postures that were looked at: {cure}"
+    if of_job:
         cure = "place the part elsewhere (camrob place), or change home_deg"
     else:
         cure = "change home_deg, or what is drawn of one of them"

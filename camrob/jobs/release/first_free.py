@@ -10,7 +10,7 @@ from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.attempt import Made, Order, fit
 from camrob.jobs.release.refusal import as_hurried, as_planned, past_limit
-from camrob.jobs.solving.resolved_job import BEGUN, ELSEWHERE, METHODS, resolve_job
+from camrob.jobs.solving.resolved_job import BEGUN, ELSEWHERE, METHODS, PUBLISHED, resolve_job
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.watch import Watch
 from camrob.redundancy.clock import Clock
@@ -83,7 +83,7 @@ def _fit_within_limits(
             made = fit(order, resolved, folder, watch)
         except VerificationError as error:
             over, rounds = past_limit(error), rounds + 1
-            if not over or way != BEGUN[0] or rounds == _ROUNDS:
+            if not over or way != PUBLISHED or rounds == _ROUNDS:
                 raise
             further[error.axis] = further.get(error.axis, 0.0) + _FURTHER * over
             stopped = error

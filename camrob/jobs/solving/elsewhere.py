@@ -36,9 +36,8 @@ Way = Callable[..., Solution]
 # m that the part is moved by along each axis: what clamping and a table leave
 _FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
 _PLANS = 2  # of the likely ones for which a plan is made where the published method follows none: some seconds each
-_SECONDS = (
-    20.0  # of processor that shifts are looked at, and tried: some arms take a second each where nothing is in reach
-)
+# of processor that shifts are looked at, and tried: some arms take a second each where nothing is in reach
+_SECONDS = 20.0
 _NEAREST, _LIKELY = 2, 6  # placements on which the path is followed: half a second each on a thinned path
 _NEARER = 0.5  # of 1/k_F, lowest and mean summed, that a likely one is worse for each metre that it is nearer
 _APART = 0.15  # m between two likely ones

@@ -25,7 +25,7 @@ from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.units import m_to_mm
 
-__all__ = ["BEGUN", "ELSEWHERE", "METHODS", "Residual", "ResolvedJob", "check_method", "resolve_job"]
+__all__ = ["BEGUN", "ELSEWHERE", "METHODS", "PUBLISHED", "Residual", "ResolvedJob", "check_method", "resolve_job"]
 
 Array = NDArray[np.float64]
 Residual = tuple[Array, Array]

@@ -92,9 +92,8 @@ def _begun_elsewhere(
     for q_begin in other_beginnings(cell, np.asarray(path.base_T_tip[0])):
         follower = _BegunAt(cell, path, q_begin, weighting, further)
         try:
-            with np.errstate(
-                invalid="ignore"
-            ):  # no way from there to the first point: no time for the roll, which has no speed
+            # no way from there to the first point: no time for the roll, which has no speed
+            with np.errstate(invalid="ignore"):
                 q, inv_kf, revisions = postures_along(follower, revise=revise, progress=progress)
         except JobError:
             continue

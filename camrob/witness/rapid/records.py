@@ -19,13 +19,8 @@ Array = NDArray[np.float64]
 
 _LOCKED = 1e-9  # of the cosine of B: below it A and C turn about one line
 _UNIT_LENGTH = 1e-3  # what a quaternion's length may be off 1; four decimals leave 1e-4
-_FIRST: dict[str, Item] = {
-    "NUM": 0.0,
-    "DNUM": 0.0,
-    "BOOL": False,
-    "STRING": "",
-    "POS": [0.0, 0.0, 0.0],
-}  # a VAR without a value
+# a VAR without a value
+_FIRST: dict[str, Item] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": "", "POS": [0.0, 0.0, 0.0]}
 _LARGEST_ARRAY = 100_000  # elements
 # of every controller: v5 .. v7000 by their number, z0 .. z200 by pzone_tcp, pzone_ori
 _SPEEDS = (5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 7000)  # fmt: skip  # noqa: E501

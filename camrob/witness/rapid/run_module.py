@@ -61,9 +61,8 @@ class _Runner(Walk):
         self.state = State(machine, Hooks(machine.controller.hooks, _SWITCH), quarters=True)
         self.records = Records()
         self.motions = RapidMotions(self.state, self.records)
-        self.procedures: dict[
-            tuple[str, str], tuple[RapidModule, Procedure]
-        ] = {}  # by module (LOCAL; "" else) and name
+        # by module (LOCAL; "" else) and name
+        self.procedures: dict[tuple[str, str], tuple[RapidModule, Procedure]] = {}
         self.locals: dict[Path, dict[str, tuple[str, Item]]] = {}  # by module, what LOCAL keeps to it
         self.depth = 0
         conduct = self.state.conduct

@@ -34,13 +34,8 @@ KNOWN = _SETTINGS | _ACTS | {*MOVES, *_COUNTS, "WAITTIME"}
 """The controller's own procedures that are read; one of a program's own hides the controller's."""
 LEAVING = KNOWN - {*_COUNTS, "TPREADFK"}
 """Those that give no datum another value."""
-_FIRST: dict[str, Value] = {
-    "NUM": 0.0,
-    "DNUM": 0.0,
-    "BOOL": False,
-    "STRING": "",
-    "POS": [0.0, 0.0, 0.0],
-}  # what a VAR without a value holds
+# what a VAR without a value holds
+_FIRST: dict[str, Value] = {"NUM": 0.0, "DNUM": 0.0, "BOOL": False, "STRING": "", "POS": [0.0, 0.0, 0.0]}
 _NAN = float("nan")
 _SPEED_FACTS = ("v_ori", "v_leax", "v_reax")
 
