@@ -1,0 +1,1 @@
+"""The thirteenth author's sealed family: maintenance."""
