@@ -76,13 +76,19 @@ def check_manifest(
         for name in sorted({*then, *now[group]}):
             if name not in now[group]:
                 found.append(
-                    Objection("manifest-missing", f"{name} ({title}) is in the manifest, and isn't here; {hint}")
+                    Objection(
+                        "manifest-missing", f"{name} ({title}), which the program was posted with, is not here; {hint}"
+                    )
                 )
             elif name not in then:
-                found.append(Objection("manifest-further", f"{name} ({title}) is not in the manifest; {hint}"))
+                found.append(
+                    Objection("manifest-further", f"{name} ({title}) is none that the program was posted with; {hint}")
+                )
             elif not then[name] or then[name] != now[group][name]:
                 found.append(
-                    Objection("manifest-differs", f"{name} ({title}) is not the file that the manifest names; {hint}")
+                    Objection(
+                        "manifest-differs", f"{name} ({title}) is not as it was when the program was posted; {hint}"
+                    )
                 )
     if manifest.get("camrob") != now["camrob"]:
         text = f"the manifest is of camrob {manifest.get('camrob')}, this is {now['camrob']}"

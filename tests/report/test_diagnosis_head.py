@@ -194,7 +194,7 @@ def test_where_there_is_nothing_to_adjust_the_next_deed_is_said_too() -> None:
         "joint_compliance", ["A2"], {"A2_rad_nm": 1e-6}, moves_mm=0.5, remedy="nothing to adjust: so it is"
     )
     assert said(soft, PLAY)["Do first"].startswith(
-        "Joint compliance of A2: nothing to adjust. Backlash of A2: have the play of A2 taken up"
+        "Joint compliance of A2: nothing to adjust at the machine. Backlash of A2: have the play of A2 taken up"
     )
     assert said(soft | {"moves_mm": 2.0}, PLAY)["Do first"].startswith("Nothing to adjust: so it is.")
 

@@ -10,7 +10,7 @@ from summary_samples import diagnosis_summary, effect_found, shrunk
 from camrob.report.diagnosis.bars import place_charts
 from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
 from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
-from camrob.report.diagnosis.to_do import to_do
+from camrob.report.diagnosis.to_do import compensate_command, to_do
 from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
 
@@ -232,9 +232,11 @@ def test_what_is_clear_is_done_first_and_the_largest_before_the_others() -> None
     small, large = _found("backlash", 0.1), _found("lean", 0.3)
     steps = dict(to_do(summary([small, large], unknown={"probability": 0.01})))
     assert list(steps) == ["lean (0.300 mm)", "backlash (0.100 mm)", "in the program"]
-    assert steps["lean (0.300 mm)"] == "mend lean" and "--diagnosis DIR" in steps["in the program"]
+    assert steps["lean (0.300 mm)"] == "mend lean"
     said = steps["in the program"]  # done at the machine and here, it would be corrected twice
-    assert said.startswith("instead, not as well: ") and "makes the logs again first" in said
+    assert "Do one or the other: " in said and "makes the logs again first" in said
+    command = compensate_command(summary([small, large], unknown={"probability": 0.01}))
+    assert command is not None and command[1].endswith("--diagnosis DIR --out OUT")
     left = to_do(summary([small], unknown={"probability": 0.9, "rms_mm": 0.2}))
     assert left[1] == (
         "what is unexplained",
@@ -344,7 +346,7 @@ def test_of_the_axes_what_is_blamed_stands_first_and_all_others_are_pale() -> No
     where = {"axes": {"A1": 0.71, "A2": 0.15}, "axis_intervals": {"A1": [0.7, 0.8], "A2": [0.1, 0.2]}}
     chart = next(c for c in place_charts(summary([BACKLASH], where=where)) if c["id"] == "by-axis")
     (bars,) = chart["traces"]
-    assert [x.split("<br>")[0] for x in bars["x"]] == ["A2", "A1"]
+    assert [name.split(":")[0] for name in bars["y"]] == ["A2", "A1"]
     assert bars["marker"]["color"][0].startswith("#") and bars["marker"]["color"][1].startswith("rgba")
 
 

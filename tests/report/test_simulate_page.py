@@ -38,7 +38,7 @@ def test_the_page_stands_beside_the_log_and_says_what_the_summary_says(made: tup
     assert "It runs." in text and "<h1>Run of engraving</h1>" in text
     for cause, seconds in result.summary.feed.by_cause.items():
         assert cause in text and f"{seconds:.2f}" in text
-    assert f"at line {result.summary.approximation.line}" in text
+    assert f"at program line {result.summary.approximation.line}" in text
 
 
 def test_the_players_postures_are_the_logs(made: tuple[Path, object]) -> None:
@@ -65,8 +65,8 @@ def test_the_terminal_says_how_the_program_runs(made: tuple[Path, object]) -> No
     Console(file=said, width=120).print(render_simulation(made[1].summary))
     text = said.getvalue()
     assert (
-        "Takes      2 min 00 s on the ideal controller" in text
-        and "97 rounded, at most 0.177 mm off (line 234)" in text
+        "Takes      2 min 00 s on the ideal controller, from HOME to HOME" in text
+        and "97 rounded, at most 0.177 mm off (program line 234)" in text
     )
     assert "against the programmed speed (tool acceleration" in text and "acceleration: E1 100 %" in text
     assert "log.csv, log.toml, run.html; 2,492 rows, every 48 ms" in text

@@ -69,7 +69,7 @@ def compensation_report(
     charts = [{**c, "ruler": "motion"} for c in chart_data(along)] + [{**c, "ruler": "s"} for c in chart_data(rates)]
     for chart in charts:
         if chart["layout"]["yaxis"]["type"] == "log":
-            chart["layout"]["yaxis"] |= {"dtick": 1, "exponentformat": "power"}
+            chart["layout"]["yaxis"] |= {"dtick": 1, "tickformat": "~g"}
     return page(f"Compensation of {summary.program}", body, {"names": {}, "charts": charts})
 
 
@@ -127,7 +127,11 @@ def _on_machine(summary: CompensateSummary) -> str:
         f"What no cause explains ({found.rest_mm:.3f} mm) is not included. {_likely(found)}"
     )
     head = ("on the machine as diagnosed", "rms mm", "95 % mm", "worst mm")
-    return section("What the tool does", table(head, rows), f'<p class="caption">{caption}</p>')
+    return section(
+        "How far off the path the tool is, on the machine as diagnosed",
+        table(head, rows),
+        f'<p class="caption">{caption}</p>',
+    )
 
 
 def _likely(found: OnDiagnosedMachine) -> str:
@@ -194,7 +198,7 @@ def _cards(summary: CompensateSummary) -> str:
 
 def _left(summary: CompensateSummary) -> str:
     rows = [
-        [escape(w.text), f"line {w.line}" if w.line else "–", f"<code>{escape(w.code)}</code>"]
+        [escape(w.text), f"program line {w.line}" if w.line else "–", f"<code>{escape(w.code)}</code>"]
         for w in summary.warnings
     ]
     if not rows:
@@ -218,7 +222,11 @@ def _errors(summary: CompensateSummary) -> str:
         f"{_chain(summary)} chain makes poses of these. What is left of the second row is rounding to four and five decimals."
     )
     head = ("errors", "mean mm", "worst mm", "mean °", "worst °")
-    return section("Errors before and after", table(head, rows), f'<p class="caption">{caption}</p>')
+    return section(
+        f"Errors before and after at the motions' ends, on the {_chain(summary)} chain",
+        table(head, rows),
+        f'<p class="caption">{caption}</p>',
+    )
 
 
 def _errors_along(path: PathErrors, chain: str) -> list[LineChart]:
@@ -235,8 +243,8 @@ def _errors_along(path: PathErrors, chain: str) -> list[LineChart]:
         charts.append(
             LineChart(
                 f"error-{what}",
-                f"Error of {what} along the program",
-                f"At the motions' ends, on the {chain} chain; logarithmic.",
+                f"Error of {what} at the motions' ends, along the program",
+                f"On the {chain} chain; logarithmic.",
                 "motion of the program",
                 f"error [{unit}]",
                 curves,
@@ -281,7 +289,7 @@ def _axes(summary: CompensateSummary) -> str:
                 number(margins.get(name), 3),
             ]
         )
-    head = ("axis", "mean correction", "largest", "unit", "in line", "to its limit before", "and after")
+    head = ("axis", "mean correction", "largest", "unit", "program line", "to its limit before", "and after")
     return section("Axis by axis", table(head, rows))
 
 
@@ -314,7 +322,7 @@ def _violations(found: Violations | None) -> str:
     rate = f"At the program's own mean rate, ds/dt = {number(found.rate_rad_s, 4, 'rad/s')},"
     if found.new:
         items = "".join(
-            f"<li>{escape(v.axis)}: {escape(v.quantity)}, {number(v.times, 2)} times, line {v.line}</li>"
+            f"<li>{escape(v.axis)}: {escape(v.quantity)}, {number(v.times, 2)} times, program line {v.line}</li>"
             for v in found.new
         )
         return f"<p>{rate} compensation brings new violations:</p><ul>{items}</ul>"
@@ -334,8 +342,9 @@ def _rates(analyses: tuple[DerivativeAnalysis, DerivativeAnalysis]) -> LineChart
             curves.append(Curve(f"{name}, {which}", s, rate, dash, 2 * k + (which == "after")))
     return LineChart(
         "rates",
-        "Rate ds/dt that the axes admit, before and after",
-        f"The least in each of {_STRETCHES} stretches; linear interpolation, as the paper's eq. 21, 27 and 28.",
+        "How fast the axes can follow along the program: rate ds/dt, before and after",
+        f"Above {_FASTEST:g} rad/s nothing holds them back. The least in each of {_STRETCHES} stretches; linear interpolation, "
+        "as the paper's eq. 21, 27 and 28.",
         "s, the way of all axes, rad",
         "rad/s",
         tuple(curves),

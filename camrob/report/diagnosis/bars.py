@@ -20,9 +20,10 @@ _GREEN = "#2f9e77"
 _PALE = "rgba(125, 135, 148, 0.35)"  # what the verdict doesn't name
 _LIKELY = 0.5
 _MEANT = 0.05  # p-value below which the rest is said to follow a regime
-# px that titles and ticks take; the legend stands above the bars
-_MARGIN = {"t": 34, "r": 10, "l": 56, "b": 46}
-_LEGEND = {"orientation": "h", "x": 0, "y": 1.16}
+# px that titles and ticks take; the legend stands below the chart, as above it the tools of a narrow one do
+_MARGIN = {"t": 34, "r": 14, "l": 56, "b": 46}
+_LEGEND = {"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}
+_ROW = 27  # px of a bar that lies, with its name beside it
 
 
 def place_charts(summary: DiagnosisSummary) -> list[Chart]:
@@ -35,7 +36,7 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     order = [*blamed, *(a for a in where.axes if a not in blamed)]
     read, rms = axes_read(summary), summary.gap.rms_mm
     names = {
-        k: f"{k}\n{mm(read[k]) if k in read else f'as {mm(rms * math.sqrt(max(where.axes[k], 0.0)))}'}" for k in order
+        k: f"{k}: {mm(read[k]) if k in read else f'as {mm(rms * math.sqrt(max(where.axes[k], 0.0)))}'}" for k in order
     }
     axes = {names[k]: (where.axes[k], where.axis_intervals[k]) for k in order}
     # a shift of an axis that nothing is blamed on may mimic the gap too: that is no cause
@@ -47,13 +48,13 @@ def place_charts(summary: DiagnosisSummary) -> list[Chart]:
     kinds = [*follow, *(r for r in shares if r not in follow)]
     regimes = {k: (shares[k], where.regime_intervals[k]) for k in kinds}
     shades = [_GREEN if k in follow else _PALE for k in kinds]
-    by_axis = _bars("by-axis", title, unit, axes, colors, 100.0, rms)
+    by_axis = _laid(_bars("by-axis", title, unit, axes, colors, 100.0, rms))
     title = f"By regime, of the whole gap{': what is blamed first' if follow else ''}"
     return [
         _bars("by-stage", "By stage", "rms [mm]", stages, BEFORE, 1.0),
         *_by_cause(summary),
         by_axis,
-        _bars("by-regime", title, unit, regimes, shades, 100.0, rms),
+        _laid(_bars("by-regime", title, unit, regimes, shades, 100.0, rms)),
     ]
 
 
@@ -76,8 +77,8 @@ def rest_charts(summary: DiagnosisSummary) -> list[Chart]:
     values = {s.regime: (s.share, (s.share, s.share)) for s in left}
     shades = [BEFORE if s.p_value < _MEANT and s.regime in unknown.where.regimes else _PALE for s in left]
     unit = "share of the rest's energy [%]"
-    chart = _bars("rest-by-regime", "By regime, of the unexplained rest alone", unit, values, shades, 100.0)
-    del chart["traces"][0]["error_y"]
+    chart = _laid(_bars("rest-by-regime", "By regime, of the unexplained rest alone", unit, values, shades, 100.0))
+    del chart["traces"][0]["error_x"]
     return [chart]
 
 
@@ -157,6 +158,24 @@ def _bars(
     return {"id": name, "title": title, "traces": [trace], "layout": layout}
 
 
+def _laid(chart: Chart) -> Chart:
+    """The same bars lying, the first on top: many names, or long ones, stand beside bars and not beneath them."""
+    trace, layout = chart["traces"][0], chart["layout"]
+    names = [name.replace("<br>", " ") for name in layout["xaxis"]["categoryarray"]]
+    laid = {**trace, "orientation": "h", "x": trace["y"], "y": [name.replace("<br>", " ") for name in trace["x"]]}
+    laid["hovertemplate"] = trace["hovertemplate"].replace("%{x}", "%{label}").replace("%{y:", "%{value:")
+    if "error_y" in laid:
+        laid["error_x"] = laid.pop("error_y")
+    order = {**layout["xaxis"], "categoryarray": names, "range": [len(names) - 0.5, -0.5]}
+    missing = [
+        {**note, "text": "not logged", "x": 0, "xref": "x", "y": note["x"].replace("<br>", " "), "xanchor": "left"}
+        for note in layout["annotations"]
+    ]
+    height = 34 + 50 + _ROW * max(len(names), 3)
+    new = {**layout, "height": height, "annotations": missing, "xaxis": layout["yaxis"], "yaxis": order}
+    return {**chart, "traces": [laid], "layout": new}
+
+
 def _broken(words: str) -> str:
     """A bar's name, over several lines where it is long."""
     return "<br>".join(
@@ -203,20 +222,23 @@ def _steps(summary: DiagnosisSummary, noise: float) -> Chart:
     if compensable.effects and compensable.shrink_interval[0] > 0.0:
         bars.append(("what compensate corrects", compensable.rms_after_mm, _GREEN))
     bars.append(("all that is claimed", t.rms_after_mm, AFTER))
+    names = [plot_text(name) for name, _, _ in bars]
     trace = {
         "type": "bar",
+        "orientation": "h",
         "showlegend": False,
-        "x": [_broken(n) for n, _, _ in bars],
-        "y": [v for _, v, _ in bars],
+        "x": [v for _, v, _ in bars],
+        "y": names,
         "marker": {"color": [c for _, _, c in bars]},
-        "hovertemplate": "%{x}: %{y:.3f} mm<extra></extra>",
+        "hovertemplate": "%{label}: %{value:.3f} mm<extra></extra>",
     }
-    line = noise_trace(noise, [_broken(n) for n, _, _ in bars])
+    line = noise_trace(noise, names)
+    line["x"], line["y"] = line["y"], line["x"]
     layout = {
-        "height": 320,
+        "height": max(320, 34 + 110 + _ROW * len(bars)),
         "margin": _MARGIN,
-        "legend": _LEGEND,
-        "xaxis": {"type": "category", "automargin": True},
-        "yaxis": {"title": {"text": "rms [mm]"}, "rangemode": "tozero"},
+        "legend": {**_LEGEND, "y": -0.34},
+        "xaxis": {"title": {"text": "rms [mm]"}, "rangemode": "tozero"},
+        "yaxis": {"type": "category", "automargin": True, "autorange": "reversed"},
     }
     return {"id": "steps", "title": "Step by step", "traces": [trace, line], "layout": layout}

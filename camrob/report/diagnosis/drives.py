@@ -15,6 +15,9 @@ __all__ = ["drive_follows", "drive_text", "drives_section", "drives_texts"]
 _DRIVE, _NOTHING = "setpoint_to_encoder", "constant"
 _MOST = 3  # axes that are said in words
 _BESIDE = 0.2  # of the farthest axis's rms at the tool, from which another is said beside it
+_SAME = (
+    "In the log both ends of every axis are the same, digit by digit: none is off, or one was copied from the other."
+)
 _WORTH_MM = 0.001  # rms at the tool of which a line is worth something
 
 
@@ -45,6 +48,8 @@ def drives_section(summary: DiagnosisSummary) -> str:
         for stage, errors in _stages(summary)
         for axis, e, within in errors
     ]
+    if rows and all(error.worst == 0.0 for _, errors in _stages(summary) for _, error, _ in errors):
+        return section("Axis by axis, read off the log", f"<p>{_SAME}</p>")
     head = ("axis", "between", "rms", "worst", "rms at the tool", "follows")
     return section("Axis by axis, read off the log", table(head, rows, left=2)) if rows else ""
 

@@ -288,7 +288,8 @@ def _of_these(clear: Sequence[EffectFound]) -> str:
     other = next(more, None) if first.remedy.startswith(_NO_DEED) else None
     if other is None or other.moves_mm < _TRIFLE * first.moves_mm:
         return _deed(first)
-    return f"{plain_name(first.effect)}{_of(first)}: {_NO_DEED}. {_capital(plain_name(other.effect))}{_of(other)}: {_deed(other)}"
+    idle = f"{plain_name(first.effect)}{_of(first)}: {_NO_DEED} at the machine"
+    return f"{idle}. {_capital(plain_name(other.effect))}{_of(other)}: {_deed(other)}"
 
 
 def _deed(entry: EffectFound) -> str:

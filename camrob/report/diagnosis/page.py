@@ -15,6 +15,7 @@ from camrob.report.diagnosis.next_section import next_section
 from camrob.report.diagnosis.numbers import measure, mm, ordinary, share, sure, to_mm, values_of
 from camrob.report.diagnosis.places import place_sections
 from camrob.report.diagnosis.sentences import (
+    by_size,
     compensable_text,
     noise_name,
     only_first,
@@ -24,7 +25,7 @@ from camrob.report.diagnosis.sentences import (
     withheld_text,
 )
 from camrob.report.diagnosis.times import timing_section
-from camrob.report.diagnosis.to_do import to_do
+from camrob.report.diagnosis.to_do import compensate_command, to_do
 from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_table, regimes_text, sizes_table, sizes_text
 from camrob.report.page.cloud import Cloud
@@ -184,7 +185,9 @@ def _unexplained(summary: DiagnosisSummary) -> str:
 
 def _to_do(summary: DiagnosisSummary) -> str:
     steps = [f"<li><b>{escape(what)}</b>: {escape(text)}.</li>" for what, text in to_do(summary)]
-    return section("What to do", f"<ol>{''.join(steps)}</ol>") if steps else ""
+    command = compensate_command(summary)
+    copied = f"<p>{escape(command[0])}:</p><pre><code>{escape(command[1])}</code></pre>" if command else ""
+    return section("What to do", f"<ol>{''.join(steps)}</ol>", copied) if steps else ""
 
 
 def _space_caption(summary: DiagnosisSummary, *, claimed: bool) -> str:
@@ -211,7 +214,7 @@ def _missing(summary: DiagnosisSummary) -> str:
 
 def _causes(summary: DiagnosisSummary) -> str:
     rows = []
-    for e in summary.effects:
+    for e in by_size(summary.effects):
         known, more = values_of(e.parameters, _MOST_VALUES)
         values = "<br>".join(escape(v) for v in known) + (f"<br>and {more} more in diagnosis.json" if more else "")
         called = escape(plain_name(e.effect))
@@ -248,13 +251,12 @@ def _sets(summary: DiagnosisSummary) -> str:
     ]
     doubts = any(a.effects for a in summary.alternatives) and any(not a.effects for a in summary.alternatives)
     note = _caption(
-        "What the doubts of its names take from a set goes to what is left of it, at last to none of them: that is no finding. "
-        f"Whether a cause that the library lacks is at work is a question of its own: {sure(summary.unknown.probability)}."
+        "As far as a name is in doubt, its set's share goes to the set without it, in the end to the set of none: such a set is "
+        "no finding of its own. How sure it is that a cause is at work that the library lacks is another question: "
+        f"{sure(summary.unknown.probability)}."
     )
-    groups = [" and ".join(map(plain_name, g)) for g in summary.aliases]
-    alike = (
-        f"<p>What these logs can't tell apart, whatever is at work: {escape('; '.join(groups))}.</p>" if groups else ""
-    )
+    groups = [" = ".join(map(plain_name, g)) for g in summary.aliases]
+    alike = f"<p>What these logs can't tell apart at all: {escape('; '.join(groups))}.</p>" if groups else ""
     title = "<h3>How the evidence divides among whole sets of effects</h3>"
     return f'<div class="part">{title}{_bullets(sets)}{note if doubts else ""}{alike}</div>'
 
@@ -266,7 +268,7 @@ def _shrunk(summary: DiagnosisSummary, charts: Sequence[Chart]) -> str:
         return section(title, "<p>Nothing is claimed, so nothing is taken away and nothing shrinks.</p>")
     low, high = t.shrink_interval
     removed = t.removable_removed
-    part = "" if removed is None else f" Of what could be removed above the noise, {share(removed)} is."
+    part = "" if removed is None else f" Of what stands out of the noise, {share(removed)} is gone."
     text = f"Together, {withheld_text(summary)}: {sizes_text(t)}. It shrinks by {share(t.shrink)}"
     text += f" ({share(low)} to {share(high)}).{part}"
     careful, regimes = (words[:1].upper() + words[1:] for words in (careful_text(summary), regimes_text(summary)))

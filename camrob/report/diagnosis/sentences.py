@@ -13,6 +13,7 @@ from camrob.text import printable
 
 __all__ = [
     "between",
+    "by_size",
     "compensable_text",
     "noise_name",
     "only_first",
@@ -49,6 +50,11 @@ _CONSTANT = "constant"  # what the unexplained is said to follow where it follow
 _WITH = "compensate --diagnosis corrects what of it comes back from run to run"
 _WORTH = 0.05  # share of the gap's energy that is worth a word where it stays unexplained
 _NAMED = 0.005  # share of the rest from which it is named beside what the rest follows
+
+
+def by_size(effects: Sequence[EffectFound]) -> list[EffectFound]:
+    """Effects as they are read: what is claimed of the gap, the largest first, then of the program; then the rest."""
+    return sorted(effects, key=lambda e: (not e.claimed, only_first(e), -e.moves_mm if e.claimed else 0.0))
 
 
 def plain_name(effect: str) -> str:

@@ -15,6 +15,7 @@ from camrob.report.diagnosis.next_section import next_words
 from camrob.report.diagnosis.numbers import mm, ordinary, share, sure, to_mm
 from camrob.report.diagnosis.sentences import (
     between,
+    by_size,
     compensable_text,
     plain_name,
     sentence,
@@ -23,7 +24,7 @@ from camrob.report.diagnosis.sentences import (
     withheld_text,
 )
 from camrob.report.diagnosis.times import timing_texts
-from camrob.report.diagnosis.to_do import to_do
+from camrob.report.diagnosis.to_do import compensate_command, to_do
 from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.report.diagnosis.withheld import careful_text, regimes_text, sizes_text
 from camrob.report.words import shown_text
@@ -61,7 +62,7 @@ def _causes(summary: DiagnosisSummary) -> Table:
     for heading in ("effect", "axes", "sure", "alone", "added last"):
         words = heading in ("effect", "axes")
         table.add_column(heading, justify="left" if words else "right", no_wrap=heading != "axes")
-    for e in summary.effects:
+    for e in by_size(summary.effects):
         last = e.added_last
         table.add_row(
             shown_text(plain_name(e.effect)),
@@ -105,6 +106,8 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("instrument", text) for text in summary.instrument.text.split("; ") if text]
     rows += [("lacking", text) for text in where.missing]
     rows += [("to do", f"{what}: {text}") for what, text in to_do(summary)]
+    command = compensate_command(summary)
+    rows += [("", f"{command[0]}: {command[1]}")] if command else []
     rows += [("normal", f"{plain_name(e.effect)}: {text}") for e in summary.claimed if (text := ordinary(e.parameters))]
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.standards]

@@ -11,7 +11,7 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, Fi
 from camrob.text import printable
 from camrob.units import m_to_mm
 
-__all__ = ["hardly_likelier", "in_doubt", "to_do"]
+__all__ = ["compensate_command", "hardly_likelier", "in_doubt", "to_do"]
 
 _AXES = 4  # of an effect that are named
 _LIKELIER = 0.7  # sure, below which a cause is hardly likelier than none, and nothing is opened for it
@@ -122,12 +122,22 @@ def _alike(entries: Sequence[EffectFound], asked: Sequence[str]) -> list[tuple[s
 def _in_program(summary: DiagnosisSummary) -> str:
     """How what comes back from run to run is taken off."""
     written = summary.compensable.written
-    calibration = f" --calibration {written}" if written else ""
     void = f", and {written} is void" if written else ""
     return (
-        "instead, not as well: what is not put right at the machine and comes back from run to run is taken off in the program. "
-        "Whoever masters an axis, or enters a value in the controller, makes the logs again first: done both ways, an error "
-        f"comes back the other way round{void}. To be copied once PROGRAM.src, DIR (this page's folder) and OUT (a new one) are "
-        f"yours{' and ' + written + ' has its path' if written else ''}: camrob compensate PROGRAM.src "
-        f"--cell {summary.cell}{calibration} --diagnosis DIR --out OUT"
+        "what is not put right at the machine and comes back from run to run is taken off in the program, by the command below. "
+        "Do one or the other: whoever masters an axis, or enters a value in the controller, makes the logs again first, or an "
+        f"error comes back the other way round{void}"
+    )
+
+
+def compensate_command(summary: DiagnosisSummary) -> tuple[str, str] | None:
+    """The command that takes off in the program what comes back, and before it what to replace; None where nothing does."""
+    if summary.status == "no gap" or not any(e.of_machine and not only_first(e) for e in summary.claimed):
+        return None
+    written = summary.compensable.written
+    calibration = f" --calibration {written}" if written else ""
+    path = f", {written} by its path" if written else ""
+    return (
+        f"To correct the program (PROGRAM.src is the one that ran, DIR this page's folder, OUT a new one{path})",
+        f"camrob compensate PROGRAM.src --cell {summary.cell}{calibration} --diagnosis DIR --out OUT",
     )

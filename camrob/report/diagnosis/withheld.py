@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from camrob.report.diagnosis.numbers import mm, share, to_mm
-from camrob.report.diagnosis.sentences import noise_name, only_first, plain_name
+from camrob.report.diagnosis.sentences import by_size, noise_name, only_first, plain_name
 from camrob.report.page.html import escape
 from camrob.report.page.parts import table
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, Shrunk, Together
@@ -17,7 +17,7 @@ _WORTH_A_WORD = 20  # samples
 def sizes_table(summary: DiagnosisSummary) -> str:
     """rms, 95 % and worst error without and with each claimed effect, alone and added last; all together; and the floor."""
     rows = []
-    for e in summary.claimed:
+    for e in by_size(summary.claimed):
         for name, shrunk in (("alone", e.alone), ("added last", e.added_last)):
             rows.append([f"<b>{escape(plain_name(e.effect))}</b>", name, *_cells(shrunk)])
     first = any(only_first(e) for e in summary.claimed)
@@ -25,11 +25,11 @@ def sizes_table(summary: DiagnosisSummary) -> str:
     rows.append(["<b>together</b>", taken, *_cells(summary.together)])
     compensable = summary.compensable
     if compensable.effects:
-        sizes = escape(to_mm(compensable.rms_before_mm, compensable.rms_after_mm))
+        sizes = escape(to_mm(compensable.rms_before_mm, compensable.rms_after_mm).removesuffix(" mm"))
         gone = 1.0 - compensable.rms_after_mm / max(compensable.rms_before_mm, 1e-12)
-        rows.append(["<b>compensate</b>", "what a postprocessor can correct", sizes, "", "", escape(share(gone))])
-    rows.append([noise_name(summary), "the floor", escape(mm(summary.gap.noise_mm)), "", "", ""])
-    return table(("effect", "taken", "rms", "95 %", "worst", "shrinks by (90 % interval)"), rows, left=2)
+        rows.append(["<b>compensate</b>", "what it corrects by constants", sizes, "", "", escape(share(gone))])
+    rows.append([noise_name(summary), "the floor", escape(mm(summary.gap.noise_mm).removesuffix(" mm")), "", "", ""])
+    return table(("effect", "taken", "rms mm", "95 % mm", "worst mm", "shrinks by (90 % interval)"), rows, left=2)
 
 
 def _sizes(shrunk: Shrunk | Together) -> list[str]:
@@ -49,7 +49,10 @@ def sizes_text(together: Together) -> str:
 
 def _cells(shrunk: Shrunk | Together) -> list[str]:
     low, high = shrunk.shrink_interval
-    return [*map(escape, _sizes(shrunk)), escape(f"{share(shrunk.shrink)} ({share(low)} to {share(high)})")]
+    return [
+        *(escape(size.removesuffix(" mm")) for size in _sizes(shrunk)),
+        escape(f"{share(shrunk.shrink)} ({share(low)} to {share(high)})"),
+    ]
 
 
 def careful_text(summary: DiagnosisSummary) -> str:

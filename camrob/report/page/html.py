@@ -157,7 +157,7 @@ def page(title: str, body: str, data: Mapping[str, Any]) -> str:
     for page.js, `clouds` for cloud.js, `scene` for player.js. Libraries come packed, and only those that are drawn with.
     """
     libraries = _libraries(data)
-    player = ("player_stock.js", "player.js") if data.get("scene") else ()
+    player = ("player_path.js", "player_stock.js", "player.js") if data.get("scene") else ()
     cloud = ("cloud.js",) if data.get("clouds") else ()
     own = [_asset(name) for name in ("page.js", *cloud, *player, "start.js")]
     for script in own:

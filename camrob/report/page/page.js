@@ -71,6 +71,13 @@ function camrobCharts(names, onPick) {
   const every = []; // with those whose x is no length or time that others share
   const drawn = [];
   let zooming = false;
+  // lines of charts that nobody sees aren't moved
+  const onScreen = new Map();
+  const looked = new IntersectionObserver((entries) => entries.forEach((entry) => {
+    const own = onScreen.get(entry.target);
+    own.seen = entry.isIntersecting;
+    if (own.seen) markIn(own);
+  }), { rootMargin: "200px" });
 
   // a map's picture: 1/k_F in colours, what can't be in greys
   function painted(map) {
@@ -109,8 +116,10 @@ function camrobCharts(names, onPick) {
       const xs = Object.keys(chart.layout).filter((key) => /^xaxis\d*$/.test(key));
       const lines = xs.map(() => element.appendChild(document.createElement("div")));
       lines.forEach((line) => { line.className = "cursor"; });
-      const own = { element, xs, lines, ruler: chart.ruler || "" };
+      const own = { element, xs, lines, ruler: chart.ruler || "", seen: true };
       drawn.push(own);
+      onScreen.set(element, own);
+      looked.observe(element);
       element.on("plotly_relayout", (change) => sameZoom(element, change));
       element.on("plotly_afterplot", () => markIn(own));
       if (!own.ruler) pickable(own);
@@ -161,7 +170,7 @@ function camrobCharts(names, onPick) {
   }
   function mark(s) {
     marked = s;
-    drawn.forEach(markIn);
+    drawn.filter((own) => own.seen).forEach(markIn);
   }
 
   // paper is narrower than the screen: a chart shrinks as a picture, in the frame that it was drawn in

@@ -19,6 +19,7 @@ __all__ = [
     "figure",
     "framed",
     "page_body",
+    "place_link",
     "section",
     "table",
     "verdict_bar",
@@ -44,6 +45,14 @@ def page_body(title: str, made: str, *parts: str, note: str = "") -> str:
     said = f"{note} {_COMPLETE}" if note else _COMPLETE
     head, foot = f"<header><h1>{title}</h1>{below}</header>", f"<footer>Made by camrob. {said}</footer>"
     return "\n".join(["<main>", head, *parts, f"{foot}</main>"])
+
+
+def place_link(line: object, *, words: object = None, page: str = "", of: str = "cl-line") -> str:
+    """A line (of the CL file, or of="program-line") as a link to where the player stands there (HTML): on this page, or on the
+    one at the address `page`. words: what is shown; the line itself where that is left out.
+    """
+    shown = escape(line if words is None else words)
+    return f'<a href="{escape(page)}#{of}={escape(line)}">{shown}</a>'
 
 
 def verdict_bar(level: str, word: str, text: str) -> str:
@@ -137,7 +146,7 @@ def figure(chart: Mapping[str, Any]) -> str:
     """A chart's place in the page: its title and caption are text."""
     title = str(chart["title"])
     box = chart_box(chart["id"], escape(title), int(chart["layout"]["height"]))
-    return section(title, box, f'<p class="caption">{escape(chart["caption"])}</p>')
+    return section(title, box, f'<p class="caption">{prose(chart["caption"])}</p>')
 
 
 def chart_place(chart: Mapping[str, Any]) -> str:

@@ -311,8 +311,8 @@ def _subplots(cell: Cell, along: Along, values: Mapping[str, Array], *, columns:
             y_axis["range"] = [lower - pad, upper + pad]
             layout["shapes"] += _forbidden(lower, upper, pad, axes)
             margin = float(np.min(np.minimum(y - lower, upper - y))) if len(y) else 0.0
-            text = f"{name}: {lower:,g} to {upper:,g}{mark}, closest {margin:,.1f}{mark} from a limit".replace("-", "−")
-        notes.append(_heading(text, axes))
+            text = f"{name}: {lower:,g} to {upper:,g}{mark}, here at least {margin:,.1f}{mark} from a limit"
+        notes.append(_heading(text.replace("-", "−"), axes))
     layout["annotations"] = notes
     layout["margin"] = {"t": 48, "r": 20, "l": 70, "b": 50}
     return {"traces": traces, "layout": layout}

@@ -33,8 +33,9 @@ function camrobChain(chain) {
   };
 }
 
-// a body's flat faces, lit where their corners are: cheaper than by pixels, for machines that draw without a graphics card
-function camrobFlat(vertices, faces, color) {
+// a body's flat faces, lit where their corners are: cheaper than by pixels, for machines that draw without a graphics card; what
+// lies within `box` (its lowest and highest corner), where one is given, is left out
+function camrobFlat(vertices, faces, color, box) {
   const indexed = new THREE.BufferGeometry();
   indexed.setAttribute("position", new THREE.BufferAttribute(vertices, 3));
   indexed.setIndex(new THREE.BufferAttribute(new Uint32Array(faces), 1));
@@ -42,10 +43,14 @@ function camrobFlat(vertices, faces, color) {
   geometry.computeVertexNormals();
   const material = new THREE.ShaderMaterial({
     side: THREE.DoubleSide,
-    uniforms: { color: { value: new THREE.Color(color) } },
+    uniforms: {
+      color: { value: new THREE.Color(color) },
+      ...(box && { lower: { value: new THREE.Vector3(...box[0]) }, upper: { value: new THREE.Vector3(...box[1]) } }),
+    },
     vertexShader: `
-      uniform vec3 color; varying vec3 lit;
+      uniform vec3 color; varying vec3 lit, place;
       void main() {
+        place = position;
         vec4 at = modelMatrix * vec4(position, 1.0);
         vec3 n = normalize(mat3(modelMatrix) * normal);
         if (dot(n, cameraPosition - at.xyz) < 0.0) n = -n;
@@ -53,7 +58,12 @@ function camrobFlat(vertices, faces, color) {
         lit = pow(min(vec3(1.0), color * light), vec3(1.0 / 2.2));
         gl_Position = projectionMatrix * viewMatrix * at;
       }`,
-    fragmentShader: "varying vec3 lit; void main() { gl_FragColor = vec4(lit, 1.0); }",
+    fragmentShader: box ? `
+      uniform vec3 lower, upper; varying vec3 lit, place;
+      void main() {
+        if (all(greaterThan(place, lower)) && all(lessThan(place, upper))) discard;
+        gl_FragColor = vec4(lit, 1.0);
+      }` : "varying vec3 lit; void main() { gl_FragColor = vec4(lit, 1.0); }",
   });
   return new THREE.Mesh(geometry, material);
 }
@@ -67,13 +77,9 @@ function camrobPlayer(scene, place, mark) {
   const end = time[K - 1] || 0, walk = camrobChain(scene.chain);
   const view = get("view");
   const renderer = new THREE.WebGLRenderer({ antialias: false, alpha: true, powerPreference: "high-performance" });
-  renderer.localClippingEnabled = true;
   view.append(renderer.domElement);
   const world = new THREE.Scene(), camera = new THREE.PerspectiveCamera(32, 1, 10, 60000);
   camera.up.set(0, 0, 1);
-  const light = new THREE.DirectionalLight("#ffffff", 2.1), fill = new THREE.DirectionalLight("#ffffff", 0.5);
-  light.position.set(0.4, -0.5, 1); fill.position.set(-0.6, 0.7, 0.3);
-  world.add(light, fill, new THREE.AmbientLight("#ffffff", 1.35));
   const controls = new THREE.OrbitControls(camera, renderer.domElement);
 
   // ---- bodies, each in its frame's group
@@ -113,21 +119,7 @@ function camrobPlayer(scene, place, mark) {
     const c = cut[k] ? colorOf(kf[k] / scene.highest) : air;
     colors.set([c.r, c.g, c.b], 3 * k);
   }
-  const thin = new THREE.BufferGeometry();
-  thin.setAttribute("position", new THREE.BufferAttribute(tips, 3));
-  thin.setAttribute("color", new THREE.BufferAttribute(colors, 3));
-  const whole = new THREE.Line(thin, new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, opacity: 0.55 }));
-  const cuts = []; // samples that the tool comes to cutting
-  for (let k = 1; k < K; k++) if (cut[k]) cuts.push(k);
-  const pairs = (values, before) => {
-    const out = new Float32Array(6 * Math.max(cuts.length, 1));
-    cuts.forEach((k, n) => { out.set(values.subarray(3 * (k - before), 3 * (k - before) + 3), 6 * n); out.set(values.subarray(3 * k, 3 * k + 3), 6 * n + 3); });
-    return out;
-  };
-  const thick = new THREE.LineSegmentsGeometry().setPositions(pairs(tips, 1)).setColors(pairs(colors, 0));
-  const gone = new THREE.LineSegments2(thick, new THREE.LineMaterial({ vertexColors: true, linewidth: 3, worldUnits: false }));
-  gone.frustumCulled = whole.frustumCulled = false;
-  base.add(whole, gone);
+  const path = camrobPath(tips, colors, cut, base);
   const tip = new THREE.Mesh(new THREE.SphereGeometry(1, 12, 8), new THREE.MeshBasicMaterial({ color: camrobColor("--text") }));
   base.add(tip);
 
@@ -151,11 +143,9 @@ function camrobPlayer(scene, place, mark) {
       if (name === "world") matrix.identity(); else if (name === "base") matrix.copy(frames.base); else matrix.multiplyMatrices(frames.base, frames[name]);
       groups[name].matrixWorldNeedsUpdate = true;
     }
-    if (stock) { stock.at(now); stock.clip(new THREE.Matrix4().multiplyMatrices(frames.base, stockGroup.matrix)); }
+    if (stock) { stock.at(now); stock.face(new THREE.Matrix4().multiplyMatrices(frames.base, stockGroup.matrix), camera.position); }
     const s = length[k0] + x * (length[k1] - length[k0]), near = x > 0.5 ? k1 : k0;
-    let reached = 0, beyond = cuts.length;
-    while (reached < beyond) { const m = (reached + beyond) >> 1; if (cuts[m] <= near) reached = m + 1; else beyond = m; }
-    thick.instanceCount = reached;
+    path.at(near);
     mark(s);
     if (playing && performance.now() - worded < 100) return; // nobody reads faster, and the browser sets words for longer than it draws the cell
     worded = performance.now();
@@ -213,15 +203,13 @@ function camrobPlayer(scene, place, mark) {
 
   // ---- frames: drawn where something changed, timed for whoever asks (document.body.dataset)
   const spent = [], dots = Math.min(2, window.devicePixelRatio || 1);
-  let ease = 0, waited = 0; // 0: as fine as can be; 1, 2: no thick lines, fewer rays of the stock; 3: fewer pixels, too
+  let ease = 0, waited = 0; // 0: as fine as can be; 1, 2: fewer rays of the stock; 3: fewer pixels, too
   let fine = false, touched = 0; // fine: at rest, with twice the pixels that the screen shows
   function sharpen() { renderer.setPixelRatio(fine ? 2 * dots : ease === 3 ? 0.6 * dots : dots); dirty = true; }
   function touch() { touched = performance.now(); dirty = true; if (fine) { fine = false; sharpen(); } }
   function easeTo(to) {
     if (to === ease) return;
     ease = to; waited = 30;
-    gone.visible = whole.visible && !ease;
-    if (stock) stock.coarsen(Math.min(4, 1 << ease));
     sharpen();
   }
   function frame(stamp) {
@@ -237,6 +225,7 @@ function camrobPlayer(scene, place, mark) {
     before = stamp;
     if (!dirty) return;
     dirty = false;
+    detail();
     show();
     tip.scale.setScalar(0.0035 * camera.position.distanceTo(controls.target));
     renderer.render(world, camera);
@@ -245,6 +234,12 @@ function camrobPlayer(scene, place, mark) {
     if (spent.length > 600) spent.shift();
     document.body.dataset.frameMs = (spent.reduce((a, b) => a + b, 0) / spent.length).toFixed(2);
     document.body.dataset.frames = String(Number(document.body.dataset.frames || 0) + 1);
+  }
+  // what is finer than the picture is not drawn
+  function detail() {
+    const away = camera.position.distanceTo(controls.target), mm = 2 * away * Math.tan(0.5 * camera.fov * Math.PI / 180) / view.clientHeight;
+    path.scale(mm, view.clientWidth, view.clientHeight);
+    if (stock) stock.coarsen(mm, Math.min(4, 1 << ease));
   }
   function go(t) { now = Math.min(end, Math.max(0, t)); touch(); }
   function play(on) {
@@ -289,7 +284,6 @@ function camrobPlayer(scene, place, mark) {
     const width = view.clientWidth, height = view.clientHeight;
     sharpen();
     renderer.setSize(width, height);
-    gone.material.resolution.set(width, height);
     camera.aspect = width / height; camera.updateProjectionMatrix(); dirty = true;
   }
 
@@ -297,7 +291,7 @@ function camrobPlayer(scene, place, mark) {
   const paper = document.createElement("canvas");
   addEventListener("beforeprint", () => {
     const drawn = renderer.domElement;
-    show(); renderer.render(world, camera);
+    detail(); show(); renderer.render(world, camera);
     paper.width = drawn.width; paper.height = drawn.height;
     paper.getContext("2d").drawImage(drawn, 0, 0);
     drawn.replaceWith(paper);
@@ -312,7 +306,7 @@ function camrobPlayer(scene, place, mark) {
   get("forth").addEventListener("click", () => step(1));
   get("see-cell").addEventListener("click", seeCell);
   get("see-part").addEventListener("click", seePart);
-  [["show-stock", (on) => { stockGroup.visible = on; }], ["show-part", (on) => { part.visible = on; }], ["show-path", (on) => { whole.visible = on; gone.visible = on && !ease; }]]
+  [["show-stock", (on) => { stockGroup.visible = on; }], ["show-part", (on) => { part.visible = on; }], ["show-path", (on) => path.show(on)]]
     .forEach(([id, act]) => { const box = get(id); if (box) box.addEventListener("change", () => { act(box.checked); dirty = true; }); });
   const ray = new THREE.Raycaster();
   let pressed = null;
@@ -322,11 +316,25 @@ function camrobPlayer(scene, place, mark) {
     const r = renderer.domElement.getBoundingClientRect();
     ray.setFromCamera(new THREE.Vector2(2 * (event.clientX - r.left) / r.width - 1, 1 - 2 * (event.clientY - r.top) / r.height), camera);
     ray.params.Line.threshold = 0.006 * camera.position.distanceTo(controls.target);
-    const hit = ray.intersectObject(whole)[0];
-    if (hit) { play(false); go(time[hit.index]); }
+    const hit = ray.intersectObject(path.whole)[0];
+    if (hit) { play(false); go(time[path.nearest(hit.point.applyMatrix4(base.matrixWorld.clone().invert()))]); }
   });
   const speed = get("speed");
   speed.value = ["1", "2", "5", "10", "20", "50", "100"].find((v) => end / Number(v) <= 60) || "100";
-  resize(); seeCell(); requestAnimationFrame(frame);
+  // places that this page or another one leads to: #cl-line=N of the CL file, #program-line=N of the program
+  function goToPlace() {
+    const [, what, number] = location.hash.match(/^#(cl-line|program-line)=(\d+)$/) || [];
+    if (!what) return;
+    const lineOf = what === "cl-line" ? (k) => line[k] : (k) => (lines ? Number((lines[k].match(/ (\d+): /) || [])[1]) : NaN);
+    let best = -1;
+    for (let k = 0; k < K; k++) { // the line itself, or the next one that moves
+      const n = lineOf(k);
+      if (n >= number && (best < 0 || n < lineOf(best))) best = k;
+    }
+    if (best >= 0) { play(false); go(time[best]); }
+    view.scrollIntoView({ block: "center" });
+  }
+  addEventListener("hashchange", goToPlace);
+  resize(); seeCell(); goToPlace(); requestAnimationFrame(frame);
   return { goToLength, recolor: () => { tip.material.color.set(camrobColor("--text")); dirty = true; } };
 }

@@ -7,20 +7,27 @@ function camrobStock(stock, group) {
   const corners = new Float32Array(stock.vertices);
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   corners.forEach((v, k) => { low[k % 3] = Math.min(low[k % 3], v); high[k % 3] = Math.max(high[k % 3], v); });
-  const look = { flatShading: true, side: THREE.DoubleSide };
-  const whole = new THREE.BufferGeometry();
-  whole.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-  whole.setIndex(new THREE.BufferAttribute(new Uint32Array(stock.faces), 1));
-  const outside = new THREE.MeshLambertMaterial({ ...look, color: raw });
-  group.add(new THREE.Mesh(whole, outside));
-  if (!stock.sides) return { at() {}, clip() {}, coarsen() {} };
-
-  const planes = [0, 1, 2].flatMap((d) => [-1, 1].map((sign) => {
-    const normal = new THREE.Vector3(); normal.setComponent(d, sign);
-    return new THREE.Plane(normal, sign < 0 ? stock.lower[d] : -stock.upper[d]);
-  }));
-  outside.clippingPlanes = planes.map((p) => p.clone());
-  outside.clipIntersection = true; // what is inside all six: the box, where the rays show the stock
+  // flat faces, lit as those of the cell's bodies are, by pixels, as a corner belongs to several: for less than three's own take
+  const cutLook = new THREE.ShaderMaterial({
+    side: THREE.DoubleSide,
+    vertexShader: `
+      attribute vec3 color; varying vec3 paint, place;
+      void main() {
+        vec4 at = modelMatrix * vec4(position, 1.0);
+        paint = color; place = at.xyz;
+        gl_Position = projectionMatrix * viewMatrix * at;
+      }`,
+    fragmentShader: `
+      varying vec3 paint, place;
+      void main() {
+        vec3 n = normalize(cross(dFdx(place), dFdy(place)));
+        float light = 0.43 + 0.67 * max(0.0, dot(n, normalize(vec3(0.4, -0.5, 1.0)))) + 0.16 * max(0.0, dot(n, normalize(vec3(-0.6, 0.7, 0.3))));
+        gl_FragColor = vec4(pow(min(vec3(1.0), paint * light), vec3(1.0 / 2.2)), 1.0);
+      }`,
+  });
+  // what is inside the box is shown by the rays
+  group.add(camrobFlat(corners, stock.faces, raw, stock.sides && [stock.lower, stock.upper]));
+  if (!stock.sides) return { at() {}, face() {}, coarsen() {} };
 
   const events = [];
   const sides = stock.sides.map((side, number) => {
@@ -55,7 +62,7 @@ function camrobStock(stock, group) {
       attribute.setUsage(THREE.DynamicDrawUsage); geometry.setAttribute(name, attribute);
     });
     geometry.setIndex(new THREE.BufferAttribute(index, 1).setUsage(THREE.DynamicDrawUsage));
-    const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ ...look, vertexColors: true }));
+    const mesh = new THREE.Mesh(geometry, cutLook);
     mesh.frustumCulled = false;
     group.add(mesh);
     const depth = stock.upper[d] - stock.lower[d];
@@ -96,6 +103,7 @@ function camrobStock(stock, group) {
     for (let i = 0; i < A; i++) for (let j = 0; j < B; j++) vertex(i, j);
     const stale = new Set(blocks.keys());
     const own = { stage, first: 0, last: A - 1 };
+    own.face = (eye) => { mesh.visible = side.facing > 0 ? eye[d] > stock.lower[d] : eye[d] < stock.upper[d]; };
     own.set = (ray, to) => {
       stage[ray] = to;
       const i = Math.floor(ray / V) - us.a + 1, j = ray % V - vs.a + 1; // its vertex; borders copy their neighbours
@@ -136,7 +144,16 @@ function camrobStock(stock, group) {
       while (done > 0 && events[done - 1].t > t) { const e = events[--done]; sides[e.side].set(e.ray, e.from); }
       sides.forEach((s) => s.upload());
     },
-    coarsen(by) { if (by !== stride) { stride = by; sides.forEach((s) => s.coarsen()); } },
-    clip(world_T_part) { outside.clippingPlanes.forEach((p, k) => p.copy(planes[k]).applyMatrix4(world_T_part)); },
+    // rays that a pixel of so many mm can't tell apart are drawn as one, and at least so many together
+    coarsen(mm, least) {
+      let by = Math.max(1, least);
+      while (2 * by <= BLOCK && 2 * by * stock.pitch <= mm) by *= 2;
+      if (by !== stride) { stride = by; sides.forEach((s) => s.coarsen()); }
+    },
+    // world_T_part: where the part is; eye: in `world`, from where a side that looks away is not drawn
+    face(world_T_part, eye) {
+      const seen = eye.clone().applyMatrix4(world_T_part.clone().invert()).toArray();
+      sides.forEach((s) => s.face(seen));
+    },
   };
 }

@@ -28,7 +28,7 @@ def statements_section(statements: Sequence[Statement]) -> str:
         f'<td><span class="tag {_TAGS[s.verdict]}">{escape(s.verdict)}</span></td></tr>'
         for s in statements
     )
-    head = "<thead><tr><th>published</th><th>found</th><th></th></tr></thead>"
+    head = "<thead><tr><th>the paper states</th><th>found here</th><th>it</th></tr></thead>"
     return section("What the paper states, and what was found", framed(f"<table>{head}<tbody>{rows}</tbody></table>"))
 
 

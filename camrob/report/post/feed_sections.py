@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.dynamics.torques import JointTorques
 from camrob.report.page.html import duration, escape, number
+from camrob.report.page.parts import place_link
 from camrob.report.page.path_charts import Along, Chart
 from camrob.report.post.feed_sentences import block_sentence, tolerance_sentence
 from camrob.summaries.feed_figures import FeedFigures, LostFeed, Torques
@@ -66,7 +67,7 @@ def _breaks(feed: FeedFigures) -> str:
         plan = f'<td class="n">{"–" if use is None else number(use, 4)}</td>' if uses else ""
         rows.append(
             f'<tr><td>{escape(worst.quantity)}</td><td class="n{low}">{number(worst.times_the_limit, 2)}</td>'
-            f'<td>{escape(worst.cause)}</td><td class="n">{escape(worst.line)}</td>{plan}</tr>'
+            f'<td>{escape(worst.cause)}</td><td class="n">{place_link(worst.line)}</td>{plan}</tr>'
         )
     head = '<th class="n">planned feed: times the limit</th>'
     text = f"At its own feed the program passes a limit on {number(breaks.percent_of_cutting, 1, '%')} of its cutting path."
@@ -118,7 +119,7 @@ def _losses(feed: FeedFigures) -> str:
 
 def _lines(loss: LostFeed) -> str:
     first, last = loss.first_line, loss.last_line
-    return escape(first) if first == last else f"{escape(first)} – {escape(last)}"
+    return place_link(first, words=first if first == last else f"{first} – {last}")
 
 
 def torque_section(torques: Torques | None) -> str:
@@ -130,7 +131,7 @@ def torque_section(torques: Torques | None) -> str:
         unit, most, gravity = (
             ("Nm", row.max_nm, row.gravity_max_nm) if row.max_n is None else ("N", row.max_n, row.gravity_max_n)
         )
-        place = escape(row.line) if row.line else "travel"
+        place = place_link(row.line) if row.line else "travel"
         rows.append(
             f'<tr><td>{escape(axis)}</td><td class="n">{number(most, 1, unit)}</td><td class="n">{number(gravity, 1, unit)}</td>'
             f'<td class="n">{place}</td></tr>'

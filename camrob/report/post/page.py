@@ -67,16 +67,24 @@ class _Posted(NamedTuple):
     statements: tuple[Statement, ...]  # of the published method's paper
 
 
+def _chart_places(posted: _Posted, *names: str) -> str:
+    """The places of those of the named charts that have something to show."""
+    return "\n".join(chart_place(chart) for chart in posted.charts if chart["id"] in names)
+
+
 # the page from top to bottom: each entry gives its HTML, "" where it has nothing to show
 _SECTIONS: tuple[Callable[[_Posted], str], ...] = (
     lambda p: verdict(p.summary, p.findings),
     lambda p: warnings_table(p.findings, p.names),
     lambda p: cards(p.summary, p.cell, p.path, threshold=p.cell.resolve.threshold),
     lambda p: player_section(p.cell, p.scene, with_part=p.with_part),
-    lambda p: "\n".join(chart_place(chart) for chart in p.charts),
+    lambda p: _chart_places(p, "conditioning", "map", "axes", "external"),
+    lambda p: _chart_places(p, "feed"),
     lambda p: feed_section(p.summary.feed),
+    lambda p: _chart_places(p, "torques"),
     lambda p: torque_section(p.summary.torques),
     lambda p: plan_section(p.summary.plan),
+    lambda p: _chart_places(p, "weights"),
     lambda p: statements_section(p.statements) if p.statements else "",
     lambda p: regions_table(p.summary, p.path, p.solution, threshold=p.cell.resolve.threshold),
 )
@@ -182,7 +190,8 @@ def _charts(
             "Axes of the arm against their limits",
             axis_chart(cell, along, axis_values),
             "Each chart spans the axis's whole range of travel; the red ends are beyond its limits. Look for a curve "
-            f"that comes near the red, and for steps: a step while cutting would be a jump of the robot. {bands}",
+            f"that comes near the red, and for steps: a step while cutting would be a jump of the robot. {bands} The ways from "
+            "and to HOME, which the card above counts too, are not shown.",
         ),
         (
             "external",
@@ -209,7 +218,7 @@ def _weights(cell: Cell, path: ToolPathInBase, names: Mapping[int, str], found: 
     if found is None or not cell.resolve.joint_engine.weights:
         return []
     chart, caption = weights_chart(cell, Along.of(path, names), path, found)
-    title = f"Weights of the reference posture, by {escape(cell.resolve.joint_engine.file)}"
+    title = f"How strongly each axis is held to its reference posture ({escape(cell.resolve.joint_engine.file)})"
     return shown_charts(("weights", title, chart, caption))
 
 
@@ -226,14 +235,14 @@ def _motion_charts(
     return shown_charts(
         (
             "feed",
-            "Feed",
+            "Feed along the path",
             feed_chart(along, path, reached),
             "Feed at the tool tip while cutting, as programmed and as it is reached on the way to each point; gaps are moves "
             f"through air, which run at the cell's speed. Where time is lost, and to what, stands below. {bands}",
         ),
         (
             "torques",
-            "Torques of the arm",
+            "Torques of the arm along the path",
             None if torques is None else torque_chart(cell, along, *torques),
             f"Solid: with the motion while cutting; dotted: gravity alone, as in air. {bands}",
         ),

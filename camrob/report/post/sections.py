@@ -12,7 +12,7 @@ from camrob.findings import Finding, Severity, collapse
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import duration, escape, number, prose
-from camrob.report.page.parts import verdict_bar
+from camrob.report.page.parts import place_link, verdict_bar
 from camrob.report.page.path_charts import axis_limits
 from camrob.report.words import many
 from camrob.summaries.post_summary import PostSummary
@@ -84,15 +84,14 @@ def warnings_table(findings: Iterable[Finding], names: Mapping[int, str]) -> str
         return "<section><h2>Warnings</h2><p>None: nothing was left out, guessed or close to a limit.</p></section>"
     rows = []
     for f in kinds[:_MOST_WARNINGS]:
-        place = f"line {f.line}" if f.line > 0 else ""
-        if f.region >= 0:
-            place += (", " if place else "") + names.get(f.region, f"region {f.region}")
+        place = [place_link(f.line, words=f"CL line {f.line}")] if f.line > 0 else []
+        place += [escape(names.get(f.region, f"region {f.region}"))] if f.region >= 0 else []
         value = number(f.value, 3, f.unit) if f.value is not None else ""
         limit = f" (limit {number(f.limit, 3, f.unit)})" if f.limit is not None else ""
         rows.append(
             f'<tr><td><span class="tag {f.severity.value}">{f.severity.value}</span></td>'
             f'<td class="text">{prose(f.text)}</td><td class="n">{value}{limit}</td>'
-            f'<td class="n">{f.count:,}</td><td class="place">{escape(place) or "–"}</td>'
+            f'<td class="n">{f.count:,}</td><td class="place">{", ".join(place) or "–"}</td>'
             f'<td class="place"><code>{escape(f.code)}</code></td></tr>'
         )
     more = len(kinds) - _MOST_WARNINGS
@@ -199,7 +198,7 @@ def regions_table(summary: PostSummary, path: ToolPathInBase, solution: Solution
         change = f"{number(r.inv_kf_before, 3)} → {number(r.inv_kf_after, 3)}" if r.revised else "–"
         rows.append(
             f'<tr><td class="n">{k + 1}</td><td class="text">{escape(r.name)}</td>'
-            f'<td class="n">{escape(r.first_line)} – {escape(r.last_line)}</td>'
+            f'<td class="n">{place_link(r.first_line, words=f"{r.first_line} – {r.last_line}")}</td>'
             f'<td class="n">{number(r.points, 0)}</td><td class="n">{number(float(length_mm[k]), 0)}</td>'
             f'<td class="n {low}">{number(float(lowest[k]), 3)}</td><td class="n">{number(float(mean[k]), 3)}</td>'
             f'<td class="n">{change}</td></tr>'

@@ -45,7 +45,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
     if summary.meant:
         known += f", held to what <b>{escape(summary.meant)}</b> asks for"
     body = page_body(
-        f"The part that {escape(summary.program)} would cut",
+        f"The part as {escape(summary.program)} would cut it",
         f"on the cell <b>{escape(summary.cell)}</b>, by {known}",
         _verdict(summary),
         _cards(summary),
@@ -61,7 +61,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
     )
     charts = [{k: spread[k] for k in ("id", "traces", "layout", "own")}]
     data = {"names": {}, "clouds": [picture.data()], "charts": charts}
-    return page(f"The part that {summary.program} would cut", body, data)
+    return page(f"The part as {summary.program} would cut it", body, data)
 
 
 def _verdict(summary: PredictSummary) -> str:
@@ -135,7 +135,7 @@ def _places(summary: PredictSummary) -> str:
         ]
         for p in summary.places
     ]
-    head = ("largest cause", "program line", "error mm", "95 % mm", "of that the cause", "share", "x mm", "y", "z")
+    head = ("largest cause", "program line", "error mm", "95 % mm", "by that cause", "share", "x mm", "y", "z")
     note = (
         "One place stands for all within 3 mm of it and a twentieth of the part. A share is that of the sizes of all causes, "
         "which may cancel each other."
@@ -240,14 +240,14 @@ def _left_out(summary: PredictSummary) -> str:
         )
     if summary.reckoned:
         notes.append(
-            f"of {summary.reckoned:,} points the cut stock tells nothing, as another wall is where theirs would be: "
-            "they are reckoned from the causes"
+            f"at {summary.reckoned:,} points the cut stock tells nothing, as another wall lies where theirs would be: their "
+            "error is reckoned from the causes alone"
         )
     if summary.not_met:
         notes.append(
             f"{summary.not_met:,} points are left out, as the exact path cuts another wall where theirs would be"
         )
-    notes += [escape(f"line {w.line}: {w.text}" if w.line else w.text) for w in summary.warnings]
+    notes += [escape(f"program line {w.line}: {w.text}" if w.line else w.text) for w in summary.warnings]
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
 
 

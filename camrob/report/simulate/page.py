@@ -11,7 +11,7 @@ from camrob.cell.cell import Cell
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Solution
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import card_row, chart_place, page_body, section, table, verdict_bar
+from camrob.report.page.parts import card_row, chart_place, page_body, place_link, section, table, verdict_bar
 from camrob.report.page.path_charts import (
     Along,
     Chart,
@@ -74,7 +74,7 @@ def _verdict(summary: SimulateSummary) -> str:
     count = len(summary.warnings)
     level, word = ("warn", "It runs; read the warnings.") if count else ("good", "It runs.")
     lost = summary.feed.lost_s
-    text = f"In {shown_duration(summary.duration_s)}, "
+    text = f"In {shown_duration(summary.duration_s)}, the ways from and to HOME and waits included, "
     text += f"{lost:.1f} s of it lost against" if lost >= 0.05 else "at"
     text += " the programmed speed." if lost >= 0.05 else " the programmed speed throughout."
     return verdict_bar(level, word, escape(text))
@@ -89,15 +89,15 @@ def _cards(summary: SimulateSummary) -> str:
             f"{rounded.corners:,}",
             "none leaves its corner"
             if not rounded.deviation_mm_max
-            else f"at most {rounded.deviation_mm_max:.3f} mm off, at line {rounded.line}",
+            else f"at most {rounded.deviation_mm_max:.3f} mm off, at program line {rounded.line}",
         ),
     ]
     for title, shares in (("speed", limits.speed_share_max), ("acceleration", limits.acceleration_share_max)):
         if shares:
             name = max(shares, key=lambda axis: shares[axis])
             busy = [axis for axis, share in shares.items() if share >= _NEAR]
-            note = f"of what {name} has" + (f"; above {100 * _NEAR:.0f} %: {', '.join(busy)}" if len(busy) > 1 else "")
-            cards.append((f"Most {title}", f"{100.0 * shares[name]:.0f} %", note))
+            note = f"of {name}'s limit" + (f"; above {100 * _NEAR:.0f} %: {', '.join(busy)}" if len(busy) > 1 else "")
+            cards.append((f"Highest {title} of an axis", f"{100.0 * shares[name]:.0f} %", note))
     return card_row(cards)
 
 
@@ -106,11 +106,11 @@ def _warnings(summary: SimulateSummary) -> str:
         [
             f'<span class="tag warning">{escape(w.code)}</span>',
             f"{escape(w.text)}{f' ({w.count} times)' if (w.count or 1) > 1 else ''}",
-            str(w.line) if w.line else "",
+            place_link(w.line, of="program-line") if w.line else "",
         ]
         for w in summary.warnings[:_MOST]
     ]
-    return section("To read", table(("", "what", "line"), rows, left=2)) if rows else ""
+    return section("To read", table(("", "what", "program line"), rows, left=2)) if rows else ""
 
 
 def _lost(summary: SimulateSummary) -> str:

@@ -23,19 +23,23 @@ def render_simulation(summary: SimulateSummary) -> RenderableType:
     if summary.warnings:
         parts.append(Text(f"{len(summary.warnings)} to read first", style="bold yellow"))
         parts += [
-            shown_text(f"  {w.text}" + (f" (line {w.line})" if w.line else ""), "yellow")
+            shown_text(f"  {w.text}" + (f" (program line {w.line})" if w.line else ""), "yellow")
             for w in summary.warnings[:_MOST]
         ]
         if len(summary.warnings) > _MOST:
             parts.append(Text(f"  ... and {len(summary.warnings) - _MOST} more (--json shows all)", style="yellow"))
     grid = labelled()
     grid.add_row("Program", shown_text(f"{summary.program} on {summary.cell}: {summary.motions:,} motions"))
-    grid.add_row("Takes", f"{shown_duration(summary.duration_s)} on the ideal controller")
+    grid.add_row("Takes", f"{shown_duration(summary.duration_s)} on the ideal controller, from HOME to HOME")
     grid.add_row("Held back", _held_back(summary))
     if summary.blocks is not None and summary.blocks.short:
         grid.add_row("Too short", shown_text(shown_blocks(summary.blocks)))
     rounded = summary.approximation
-    off = f", at most {shown_number(rounded.deviation_mm_max, 3)} mm off (line {rounded.line})" if rounded.line else ""
+    off = (
+        f", at most {shown_number(rounded.deviation_mm_max, 3)} mm off (program line {rounded.line})"
+        if rounded.line
+        else ""
+    )
     grid.add_row("Corners", f"{rounded.corners:,} rounded{off}")
     grid.add_row("Axes", shown_text(_shares("speed", summary.limits.speed_share_max)))
     grid.add_row("", shown_text(_shares("acceleration", summary.limits.acceleration_share_max)))

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from camrob.report.terminal.tables import labelled
+from camrob.report.verify.grouped import grouped
 from camrob.report.words import shown_blocks, shown_number, shown_text
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
@@ -22,7 +23,7 @@ _MOST = 20  # findings of a kind that are shown
 def render_verify(summary: VerifySummary) -> RenderableType:
     """What was found against the program first, then what could not be judged, warnings and figures."""
     parts: list[RenderableType] = [_verdict(summary)]
-    kinds = (("against it", summary.errors, "red"), ("to read", summary.warnings, "yellow"))
+    kinds = (("against it", grouped(summary.errors), "red"), ("to read", summary.warnings, "yellow"))
     for title, remarks, style in kinds:
         rows = [row for row in remarks if row.code != "not-judged"]  # listed below
         if rows:
@@ -38,7 +39,7 @@ def render_verify(summary: VerifySummary) -> RenderableType:
 
 def _verdict(summary: VerifySummary) -> Text:
     """One line: good, bad, or open."""
-    name, ok, count = summary.program, summary.ok, len(summary.errors)
+    name, ok, count = summary.program, summary.ok, len(grouped(summary.errors))
     if ok:
         return Text(f"{name}: nothing was found against it", style="bold green")
     if ok is None:

@@ -13,6 +13,7 @@ from camrob.frozen import locked
 from camrob.report.page.html import escape, number, page
 from camrob.report.page.line_charts import Curve, LineChart, chart_data, chart_section
 from camrob.report.page.parts import card_row, page_body, section, table, verdict_bar
+from camrob.report.verify.grouped import grouped
 from camrob.report.words import shown_blocks
 from camrob.summaries.remarks import JudgedRemark
 from camrob.summaries.verify_summary import VerifySummary
@@ -56,7 +57,7 @@ def verify_report(summary: VerifySummary, motions: VerifiedMotions | None, pictu
         f"Verification of {escape(summary.program)}",
         f"on the cell <b>{escape(summary.cell)}</b>{_against(summary)}",
         _verdict(summary),
-        _findings("Against it", summary.errors, "error"),
+        _findings("Against it", grouped(summary.errors), "error"),
         _pictures([*summary.errors, *summary.warnings], pictures),
         _not_judged(summary),
         _findings("To read", summary.warnings, "warning"),
@@ -76,7 +77,7 @@ def _against(summary: VerifySummary) -> str:
 def _verdict(summary: VerifySummary) -> str:
     level, word, text = {
         True: ("good", "Nothing was found against it.", "All areas were judged."),
-        False: ("bad", "Don’t run it.", _first(summary.errors)),
+        False: ("bad", "Don’t run it.", _first(grouped(summary.errors))),
         None: ("warn", "Judged in part.", "Nothing was found against it, but not all of it could be judged."),
     }[summary.ok]
     return verdict_bar(level, word, text)
@@ -88,7 +89,7 @@ def _first(errors: Sequence[JudgedRemark]) -> str:
         return ""
     more = f"; {len(errors) - 1} more thing{'s' if len(errors) > 2 else ''} against it below" if len(errors) > 1 else ""
     line = errors[0].line
-    at = f"Line {line}: " if line and f"line {line} of" not in errors[0].text else ""
+    at = f"Program line {line}: " if line and f"line {line} of" not in errors[0].text else ""
     return f"{at}{escape(errors[0].text)}{more}."
 
 
@@ -181,7 +182,7 @@ def _charts(motions: VerifiedMotions) -> list[LineChart]:
     conditioning = [Curve("lowest 1/k_F", count, known)]
     if motions.threshold is not None:
         conditioning.append(Curve("threshold", count, np.full(len(count), motions.threshold), "dash", 3))
-    near = "Least distance of an axis of the arm to its limit within each motion; below 0: beyond."
+    near = "Least distance of any axis of the arm to its limit within each motion; below 0: beyond."
     if count.size and not np.isfinite(margin[-1]):
         near += " The curves end where the program can’t be followed any further."
     singular = "Least 1/k_F within each motion: 0 is singular. Where an axis motion leads, none is reckoned."

@@ -73,7 +73,7 @@ def test_a_vibration_is_unknown_follows_the_time_and_is_to_be_seen_at_rest() -> 
     assert "comes back every 1.25 s" in sentence(summary)
     # sentence, bars and the next run rest on the same
     chart = next(c for c in place_charts(summary) if c["id"] == "by-regime")
-    assert chart["traces"][0]["x"][0] == "time"
+    assert chart["traces"][0]["y"][0] == "time"
     assert "hold the arm at rest" in found.summary.to_json()["next_experiment"]
     assert found.summary.to_json()["experiment"]["expected_mm"][0] == pytest.approx(0.15 / np.sqrt(2.0), rel=0.15)
 

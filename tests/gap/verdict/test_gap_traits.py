@@ -138,8 +138,8 @@ def test_the_axes_that_are_blamed_come_first_and_the_others_in_grey() -> None:
     summary = replace(plain, where=where, unknown=at)
     assert summary.blamed_axes == ("E1",)
     chart = next(c for c in place_charts(summary) if c["id"] == "by-axis")
-    shown, colors = chart["traces"][0]["x"], chart["traces"][0]["marker"]["color"]
-    assert [name.partition("<br>")[0] for name in shown] == ["E1", "A1", "A2"]
+    shown, colors = chart["traces"][0]["y"], chart["traces"][0]["marker"]["color"]
+    assert [name.partition(":")[0] for name in shown] == ["E1", "A1", "A2"]
     assert colors[1] == colors[2] != colors[0]
 
 
