@@ -1,7 +1,7 @@
 """Rigid motions as 4x4 matrices, vectorised over leading dimensions.
 
 `a_T_b` is the pose of frame b in frame a; a twist is (v, w): linear first, then angular. A, B, C are KUKA's angles,
-R = Rz(A) Ry(B) Rx(C), in radians here (degrees only at the edges, see `units`).
+R = Rz(A) Ry(B) Rx(C), in radians but for `frame_from_mm_deg` and `mm_deg_from_frame`, which files are read and written by.
 """
 
 from __future__ import annotations
@@ -9,14 +9,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+
 __all__ = [
     "abc_to_rotation",
     "angle_between",
     "exp",
+    "frame_from_mm_deg",
     "frame_from_xyzabc",
     "inverse",
     "left_jacobian",
     "log",
+    "mm_deg_from_frame",
     "pose",
     "quaternion_to_rotation",
     "rotation_exp",
@@ -186,3 +190,15 @@ def frame_from_xyzabc(xyzabc: ArrayLike) -> Array:
 def xyzabc_from_frame(T: Array) -> Array:
     """(X, Y, Z, A, B, C) in metres and radians (..., 6) of poses (..., 4, 4)."""
     return np.concatenate([T[..., :3, 3], rotation_to_abc(T[..., :3, :3])], axis=-1)
+
+
+def frame_from_mm_deg(xyzabc_mm_deg: ArrayLike) -> Array:
+    """Pose (..., 4, 4) from (X, Y, Z, A, B, C) in mm and degrees (..., 6), as files have it."""
+    values = np.asarray(xyzabc_mm_deg, float)
+    return frame_from_xyzabc(np.concatenate([mm_to_m(values[..., :3]), deg_to_rad(values[..., 3:])], axis=-1))
+
+
+def mm_deg_from_frame(T: Array) -> Array:
+    """(X, Y, Z, A, B, C) in mm and degrees (..., 6) of poses (..., 4, 4)."""
+    values = xyzabc_from_frame(T)
+    return np.concatenate([m_to_mm(values[..., :3]), rad_to_deg(values[..., 3:])], axis=-1)

@@ -1,13 +1,20 @@
-"""Text from files, made fit to stand in a message."""
+"""Text from files: read as far as files go, and made fit to stand in a message."""
 
 from __future__ import annotations
 
 from math import floor, log10
+from pathlib import Path
 
-__all__ = ["one_line", "printable", "short", "utf_16"]
+__all__ = ["bytes_of", "one_line", "printable", "short", "utf_16"]
 
 _LOOK = 64  # bytes that show how a text is written
 _TINY = 1e-6  # below which a number reads better with its power of ten
+
+
+def bytes_of(path: Path, most: int) -> bytes:
+    """A file's bytes, no more than `most` and one, which tells that there are too many: a device has no end. Raises OSError."""
+    with path.open("rb") as file:
+        return file.read(most + 1)
 
 
 def short(value: float) -> str:

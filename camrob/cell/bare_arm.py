@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.joint import Joint, Role, dh_after, dh_before
+from camrob.cell.joint import Joint, Role
 from camrob.cell.load import PointMass
+from camrob.cell.read_joint import CONVENTIONS, row_of
 from camrob.errors import InputError
 from camrob.se3 import abc_to_rotation, rotation_exp
+from camrob.text import bytes_of
 from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_to_m
 
@@ -43,8 +45,7 @@ def read_bare_arm(table: TableReader, folder: Path) -> BareArm:
     """[arm]: `dh`, rows of alpha_deg, a_mm, theta_deg, d_mm, with `convention` "standard" or "modified"; or `urdf`, a file of the
     cell's folder, with the link `tip` where its chain ends.
 
-    Standard: Rz(theta) Tz(d) Tx(a) Rx(alpha), a and alpha behind the joint. Modified (Craig): Rx(alpha) Tx(a) Rz(theta) Tz(d),
-    both before it. Raises CellError naming the key.
+    The conventions are those of `row_of`. Raises CellError naming the key.
     """
     if ("dh" in table) == ("urdf" in table):
         raise table.fail("dh", "and urdf: one of the two is needed", "give rows of Denavit and Hartenberg, or a URDF")
@@ -77,18 +78,13 @@ def _of_rows(table: TableReader) -> BareArm:
     rows = table.vectors("dh", 4)
     if not 1 <= len(rows) <= _MOST:
         raise table.fail("dh", f"has {len(rows)} rows", f"give one for each axis, 1 to {_MOST}")
-    choices = ("standard", "modified")
-    modified = "convention" in table and table.text("convention", choices=choices) == "modified"
+    modified = "convention" in table and table.text("convention", choices=CONVENTIONS) == "modified"
     kinds = table.text("kinds") if "kinds" in table else "R" * len(rows)
     if len(kinds) != len(rows) or set(kinds) - {"R", "P"}:
         raise table.fail("kinds", f"is {kinds[:20]!r}", "give R (turns) or P (slides) for each axis, such as RRPR")
     joints = []
     for k, (alpha, a, theta, d) in enumerate(rows):
-        before = dh_before(theta=deg_to_rad(float(theta)), d=mm_to_m(float(d)))
-        after = dh_after(a=mm_to_m(float(a)), alpha=deg_to_rad(float(alpha)))
-        if modified:
-            # Rx(alpha) and Tx(a) commute: what stands behind a standard row stands before a modified one
-            before, after = after @ before, np.eye(4)
+        before, after = row_of(float(alpha), float(a), float(theta), float(d), modified=modified)
         joints.append(Joint(f"A{k + 1}", Role.ARM, kinds[k] == "P", before, after))
     return BareArm(tuple(joints), (), np.eye(4))
 
@@ -98,7 +94,7 @@ def _of_urdf(table: TableReader, folder: Path) -> BareArm:
     file = folder / name
     if Path(name).is_absolute() or ".." in Path(name).parts or not os.path.isfile(file):
         raise table.fail("urdf", f"{name[:60]!r} is not a file in the cell's folder", "put the URDF there")
-    text = file.read_bytes()[: _LARGEST + 1]
+    text = bytes_of(file, _LARGEST)
     if len(text) > _LARGEST or b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise table.fail("urdf", "is too large, or declares entities", "give a plain URDF")
     try:

@@ -17,8 +17,7 @@ from camrob.cell.redundancy_settings import ResolveSettings
 from camrob.cell.shape import Shape
 from camrob.errors import CellError
 from camrob.frozen import digest, leaves, locked
-from camrob.se3 import frame_from_xyzabc
-from camrob.units import deg_to_rad, mm_to_m
+from camrob.se3 import frame_from_mm_deg
 
 __all__ = ["POSTED_ARM", "Cell"]
 
@@ -82,9 +81,7 @@ class Cell:
     def controller_T_base(self) -> Array:
         """(4, 4) `base` (where it doesn't follow the table, `world`) in the controller's world, or in its plate that turns."""
         said = None if self.controller_section is None else self.controller_section.base_frame
-        if said is None:
-            return np.eye(4)
-        return frame_from_xyzabc(np.array([*mm_to_m(np.array(said[:3])), *deg_to_rad(np.array(said[3:]))]))
+        return np.eye(4) if said is None else frame_from_mm_deg(said)
 
     def checked_for(self, verb: str, *, controller: bool = False, resolve: bool = False) -> Cell:
         """The cell itself, where it has the sections that a verb needs. Raises CellError naming section and verb."""

@@ -18,6 +18,7 @@ from camrob.cell.status_turn import StatusTurn
 from camrob.cell.world import segments
 from camrob.errors import CellError
 from camrob.se3 import abc_to_rotation, angle_between
+from camrob.text import bytes_of
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
 __all__ = ["POSES_FILE", "PoseBounds", "PoseError", "check_poses", "pose_errors"]
@@ -129,7 +130,7 @@ def pose_errors(cell: Cell, path: Path, bounds: PoseBounds) -> tuple[PoseError, 
 def _rows(cell: Cell, path: Path) -> Iterator[_Row]:
     """The file's rows, checked."""
     try:
-        data = path.read_bytes()
+        data = bytes_of(path, _LARGEST)
         text = data[:_LARGEST].decode("utf-8-sig")
     except OSError as e:
         raise CellError(f"can't be read ({e.strerror})", hint="check the file", path=path) from None

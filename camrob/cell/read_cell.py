@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,22 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.bare_arm import BareArm, read_bare_arm
-from camrob.cell.cell import POSTED_ARM, Cell
+from camrob.cell.cell import Cell
 from camrob.cell.cell_file import cell_file, without_schema
 from camrob.cell.controller_settings import ControllerSettings
-from camrob.cell.joint import Joint, Role, dh_after, dh_before
+from camrob.cell.joint import Joint, Role
 from camrob.cell.load import PointMass
 from camrob.cell.poses import POSES_FILE, PoseBounds, check_poses
 from camrob.cell.read_controller import read_controller
+from camrob.cell.read_joint import check_chain, read_joint
 from camrob.cell.redundancy_settings import CONDITION_TERMS, TABLES, FuzzyEngine, ResolveSettings
 from camrob.cell.shape import Shape, ShapeKind
-from camrob.errors import InputError
-from camrob.se3 import frame_from_xyzabc
+from camrob.se3 import frame_from_mm_deg
 from camrob.toml.read_toml import read_toml
 from camrob.toml.table_reader import Faults, TableReader
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["frame_of", "read_cell", "unchecked_cell"]
+__all__ = ["read_cell", "unchecked_cell"]
 
 Array = NDArray[np.float64]
 
@@ -36,11 +35,6 @@ SHAPE_FRAMES = ("world", "base", "root", "flange", "tool")
 JOB_GROUPS = ("part", "stock")  # bodies that a job brings, not the cell
 MOST_ARM = 7  # axes of an arm that a log names
 _SIZES = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.SPHERE: 1}
-
-
-def frame_of(xyzabc_mm_deg: Array) -> Array:
-    """Pose (4, 4) from X, Y, Z, A, B, C in mm and degrees."""
-    return frame_from_xyzabc(np.concatenate([mm_to_m(xyzabc_mm_deg[:3]), deg_to_rad(xyzabc_mm_deg[3:])]))
 
 
 def read_cell(path: str | Path) -> Cell:
@@ -83,14 +77,16 @@ def _assembled(table: TableReader, folder: Path) -> tuple[Cell, PoseBounds]:
     """
     wrong = Faults()
     measured = "controller" not in table and "resolve" not in table
-    listed = wrong.each(table.tables("joint"), lambda t: _joint(t, measured=measured))
+    listed = wrong.each(table.tables("joint"), lambda t: read_joint(t, measured=measured))
     none: list[BareArm] = []
     no_shapes: tuple[Shape, ...] = ()
     bare = wrong.of(lambda: [read_bare_arm(table.table("arm"), folder)], none) if "arm" in table else none
+    if bare and not measured:
+        wrong.of(lambda: _refuse_in_short(table), None)
     joints = tuple(j for j in listed if j.role is not Role.ROLL) + tuple(j for b in bare for j in b.joints)
     joints += tuple(j for j in listed if j.role is Role.ROLL)
     if not wrong.found:  # a joint that is wrong is one that is missing
-        wrong.of(lambda: _check_chain(joints, table), None)
+        wrong.of(lambda: check_chain(joints, table), None)
     frames = wrong.of(lambda: _frames(table, measured=measured), _Frames())
     tool = wrong.of(lambda: _tool(table, measured=measured), np.eye(4))
     payload = wrong.of(lambda: _payload(table, measured=measured), 0.0)
@@ -145,7 +141,7 @@ def _frames(table: TableReader, *, measured: bool) -> _Frames:
     part = table.table("kinematics")
 
     def frame(key: str) -> Array:
-        return np.eye(4) if measured and key not in part else frame_of(part.vector(key, 6))
+        return np.eye(4) if measured and key not in part else frame_from_mm_deg(part.vector(key, 6))
 
     follows = False if measured and "base_follows_table" not in part else part.flag("base_follows_table")
     placed = frame("base_to_first"), frame("foot_to_root"), frame("wrist_to_flange")
@@ -153,6 +149,14 @@ def _frames(table: TableReader, *, measured: bool) -> _Frames:
     length = _LENGTH if plain else mm_to_m(part.number("characteristic_length_mm", lower=1.0, upper=1e5))
     part.finish()
     return _Frames(*placed, length, follows)
+
+
+def _refuse_in_short(table: TableReader) -> None:
+    """Raise CellError: an arm in short has no limits and no HOME, which whoever makes programs needs."""
+    what = "is for a cell that is only measured: programs need each axis's limits and HOME, which it doesn't have"
+    hint = 'write each axis as a [[joint]] of role arm (dh takes convention = "modified", too), '
+    hint += "or leave [controller] and [resolve] out"
+    raise table.fail("arm", what, hint)
 
 
 def _name(table: TableReader) -> str:
@@ -168,7 +172,7 @@ def _tool(table: TableReader, *, measured: bool) -> Array:
     if measured and "tool" not in table:
         return np.eye(4)
     part = table.table("tool")
-    frame = frame_of(part.vector("flange_to_tool", 6))
+    frame = frame_from_mm_deg(part.vector("flange_to_tool", 6))
     part.finish()
     return frame
 
@@ -199,114 +203,6 @@ def _pose_bounds(table: TableReader) -> PoseBounds:
             found[key] = part.number(key, lower=1e-6, upper=most) if key in part else found[key]
         part.finish()
     return PoseBounds(mm_to_m(found["position_mm"]), deg_to_rad(found["angle_deg"]), found["inv_kf"])
-
-
-def _joint(table: TableReader, *, measured: bool) -> Joint:
-    """One [[joint]]. measured: of a cell that no program is made for, whose axes may be given without limits, sign and home."""
-    name = table.text("name")
-    role = Role(table.text("role", choices=tuple(r.value for r in Role)))
-    prismatic = table.text("type", choices=("revolute", "prismatic")) == "prismatic"
-    unit = "mm" if prismatic else "deg"
-
-    def si(value: float) -> float:
-        return mm_to_m(value) if prismatic else deg_to_rad(value)
-
-    dh = table.table("dh")
-    sign, offset = (1.0, 0.0) if measured and "axis" not in table else _counting(table, f"offset_{unit}")
-    rates = {"speed": np.inf, "acceleration": np.inf, "jerk": np.inf}
-    lower, upper = -np.inf, np.inf
-    if not measured or "limits" in table:
-        limits = table.table("limits")
-        if not ("endless" in limits and limits.flag("endless")):
-            lower, upper = (si(float(v)) for v in limits.vector(f"range_{unit}", 2))
-            if not lower < upper:
-                raise limits.fail(f"range_{unit}", "has its lower end above its upper one", "swap them")
-        for power, quantity in enumerate(rates, start=1):
-            key = f"{quantity}_{unit}_s{power if power > 1 else ''}"
-            if role is not Role.ROLL and not (measured and key not in limits):
-                rates[quantity] = si(limits.number(key, lower=1e-6))
-        limits.finish()
-    stand = si(offset) if measured else 0.0  # the axis at 0, where nobody says HOME
-    postures = {
-        key: -sign * stand if measured and f"{key}_{unit}" not in table else si(table.number(f"{key}_{unit}"))
-        for key in ("home", "reference")
-    }
-    joint = Joint(
-        name=name,
-        role=role,
-        prismatic=prismatic,
-        before=dh_before(theta=deg_to_rad(dh.number("theta_deg")), d=mm_to_m(dh.number("d_mm"))),
-        after=dh_after(a=mm_to_m(dh.number("a_mm")), alpha=deg_to_rad(dh.number("alpha_deg"))),
-        sign=sign,
-        offset=si(offset),
-        lower=lower,
-        upper=upper,
-        speed=rates["speed"],
-        acceleration=rates["acceleration"],
-        jerk=rates["jerk"],
-        home=postures["home"],
-        reference=postures["reference"],
-    )
-    for part in (dh, table):
-        part.finish()
-    if role is Role.ROLL and (prismatic or not np.array_equal(joint.before @ joint.after, np.eye(4))):
-        raise table.fail(
-            "dh", "is not that of a turn about the tool's own axis", "make it revolute, all zeros; $TOOL holds the rest"
-        )
-    for key, value in (("home", joint.home), ("reference", joint.reference)):
-        if not (measured and f"{key}_{unit}" not in table) and not joint.q_lower <= value <= joint.q_upper:
-            raise table.fail(f"{key}_{unit}", "lies outside the axis's range", f"correct {key} or limits")
-    return joint
-
-
-def _counting(table: TableReader, key: str) -> tuple[float, float]:
-    """How the controller counts an axis: sign, and the offset in the unit of the file."""
-    axis = table.table("axis")
-    sign = axis.number("sign", lower=-1, upper=1)
-    if abs(sign) != 1.0:
-        raise axis.fail("sign", f"is {sign:g}", "use 1 or -1")
-    offset = axis.number(key)
-    axis.finish()
-    return sign, offset
-
-
-def _check_chain(joints: tuple[Joint, ...], table: TableReader) -> None:
-    """Roles in order, names once; an arm of six that turn where programs are made, of one to seven where it is measured."""
-    order = [list(Role).index(j.role) for j in joints]
-    if order != sorted(order):
-        raise table.fail("joint", "roles are out of order", "list workpiece, carriage, arm, roll joints in this order")
-    names = [j.name for j in joints]
-    for name in names:
-        if names.count(name) > 1:
-            raise _joint_error(table, name, "appears twice", "give every joint a name of its own")
-    arm = [j for j in joints if j.role is Role.ARM]
-    arm_names = [j.name for j in arm]
-    counted = arm_names == [f"A{i}" for i in range(1, len(arm) + 1)] and 1 <= len(arm) <= MOST_ARM
-    if not counted and arm_names != ["E1"]:
-        hint = f"name the joints of role arm A1, A2 .. in order, {MOST_ARM} at the most; a lift or track alone is E1, of role arm"
-        raise table.fail("joint", "the arm's joints are not A1, A2 ..", hint)
-    for section in ("controller", "resolve"):
-        if section in table and (len(arm) != POSTED_ARM or any(j.prismatic for j in arm)):
-            what = f"is given, and the arm's {len(arm)} axes are not six that turn"
-            hint = "leave it out: such a cell is measured and diagnosed, not programmed"
-            if any(j.prismatic for j in arm):
-                hint += "; linear axes that carry six that turn are of role carriage"
-            raise table.fail(section, what, hint)
-    for j in joints:
-        external = j.role in (Role.WORKPIECE, Role.CARRIAGE)
-        if external and not (len(j.name) == 2 and j.name[0] == "E" and j.name[1] in "123456"):
-            raise _joint_error(table, j.name, "is not a name of an external axis", "use E1 .. E6")
-    if sum(j.role is Role.ROLL for j in joints) > 1:
-        raise table.fail("joint", "there are two roll joints", "leave one")
-    for j in joints:
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,23}", j.name):
-            raise _joint_error(table, j.name, "is not a name for a joint", "use letters and digits, 24 at most")
-
-
-def _joint_error(table: TableReader, name: str, what: str, hint: str) -> InputError:
-    """The error to raise for the last joint of a name, by its line."""
-    named = [k for k, joint in enumerate(table.tables("joint")) if joint.text("name") == name]
-    return table.fail("joint", f"{name[:40]!r} {what}", hint, stands=("joint", *named[-1:], "name"))
 
 
 def _mass(table: TableReader, names: tuple[str, ...]) -> PointMass:
@@ -357,7 +253,7 @@ def _shape(table: TableReader, folder: Path, names: tuple[str, ...]) -> Shape:
         frame=table.text("frame", choices=(*SHAPE_FRAMES, *names)),
         kind=kind,
         size=size,
-        frame_T_shape=frame_of(table.vector("at", 6)),
+        frame_T_shape=frame_from_mm_deg(table.vector("at", 6)),
         file=file,
         ignore=table.texts("ignore") if "ignore" in table else (),
     )

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import frame_of
 from camrob.cell.setup import Body, Clamping, Setup, ToolSetup
 from camrob.cell.tool_library import read_tool_library
 from camrob.errors import SetupError
 from camrob.machine_tool import FEEDS, Feed, MachineTool, RotaryAxis
-from camrob.se3 import pose
+from camrob.se3 import frame_from_mm_deg, pose
 from camrob.toml.read_toml import read_toml
 from camrob.toml.table_reader import TableReader
 from camrob.units import INCH_MM, m_to_mm, mm_min_to_m_s, mm_to_m
@@ -165,7 +164,7 @@ def _frame(table: TableReader, key: str) -> Array | None:
         raise table.fail(key, f"lies more than {FARTHEST_MM:g} mm off", "give X, Y, Z in mm")
     if np.max(np.abs(xyzabc_mm_deg[3:])) > 360.0:
         raise table.fail(key, "has an angle beyond 360", "give A, B, C in degrees")
-    return frame_of(xyzabc_mm_deg)
+    return frame_from_mm_deg(xyzabc_mm_deg)
 
 
 def _dialect(table: TableReader) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from camrob.errors import SetupError
+from camrob.text import bytes_of
 from camrob.units import INCH_MM
 
 __all__ = ["LibraryTool", "read_tool_library"]
@@ -55,12 +56,12 @@ class _Column(NamedTuple):
 def read_tool_library(path: Path) -> dict[int, LibraryTool]:
     """The tools of a CSV by their numbers. Raises SetupError by file and line."""
     try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise SetupError("is too large for a tool library", hint="export the job's tools alone", path=path)
-        data = path.read_bytes()
+        data = bytes_of(path, _MOST_BYTES)
     except OSError as failure:
         hint = "put it beside the set-up"
         raise SetupError(f"can't be read: {failure.strerror}", hint=hint, path=path) from failure
+    if len(data) > _MOST_BYTES:
+        raise SetupError("is too large for a tool library", hint="export the job's tools alone", path=path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.cell.read_cell import frame_of
 from camrob.cell.status_turn import StatusTurn
 from camrob.controller.replay_kernel import CODES, ReplayArm, ReplayRun, replay_run
 from camrob.errors import ProgramError, UnreachableError
@@ -27,7 +26,7 @@ from camrob.program.axis_turns import turn_fits, turn_text
 from camrob.program.motion import Motion
 from camrob.program.program_text import FrameKind, ProgramText
 from camrob.progress import Share
-from camrob.se3 import abc_to_rotation, inverse, pose
+from camrob.se3 import abc_to_rotation, frame_from_mm_deg, inverse, pose
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["Replay", "base_offsets", "base_poses", "constant_transforms", "program_cell", "program_cells", "replay"]
@@ -118,7 +117,7 @@ def program_cells(program: ProgramText, cell: Cell) -> tuple[tuple[Cell, ...], N
     different = list(dict.fromkeys(frames))
     index = np.zeros(len(program.tools), np.int32)
     index[used] = [different.index(frame) for frame in frames]
-    cells = tuple(cell.with_tool(frame_of(np.array(frame))) for frame in different)
+    cells = tuple(cell.with_tool(frame_from_mm_deg(np.array(frame))) for frame in different)
     return cells, np.asarray(index[program.tool]), findings
 
 
@@ -156,7 +155,7 @@ def _known_bases(program: ProgramText, cell: Cell) -> Array:
     frames = [np.eye(4)]
     if program.bases:
         known = [(f.kind is not FrameKind.UNKNOWN, np.asarray(f.xyzabc)) for f in program.bases]
-        frames = [base_T_controller @ frame_of(xyzabc) if said else np.eye(4) for said, xyzabc in known]
+        frames = [base_T_controller @ frame_from_mm_deg(xyzabc) if said else np.eye(4) for said, xyzabc in known]
     return np.stack(frames)
 
 

@@ -22,9 +22,9 @@ from camrob.progress import Progress, stage_of
 from camrob.redundancy.planning.placement import Placements, place_part
 from camrob.report.place.page import place_report
 from camrob.report.place.place_map import place_map
-from camrob.se3 import xyzabc_from_frame
+from camrob.se3 import mm_deg_from_frame
 from camrob.summaries.place_summary import Placement, PlaceSummary, PlaceTrial
-from camrob.units import m_to_mm, mm_to_m, rad_to_deg
+from camrob.units import m_to_mm, mm_to_m
 
 __all__ = ["PlaceResult", "place"]
 
@@ -117,8 +117,8 @@ def _summary(found: Placements, trial: Trial, plate: TablePlate | None, cell: st
     """What was found, in the units of the trade."""
 
     def entry(k: int) -> Placement:
-        values = xyzabc_from_frame(np.asarray(found.base_T_part[k]))
-        printed = [*m_to_mm(values[:3]).round(3).tolist(), *rad_to_deg(values[3:]).round(4).tolist()]
+        values = mm_deg_from_frame(np.asarray(found.base_T_part[k]))
+        printed = [*values[:3].round(3).tolist(), *values[3:].round(4).tolist()]
         return Placement(
             part_in_base=tuple(printed),
             inv_kf_bound_mean=float(found.mean[k]) or None,

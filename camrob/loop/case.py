@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.cell.read_cell import frame_of
 from camrob.errors import CellError, InputError
 from camrob.frozen import locked
 from camrob.loop.law import CorrectionLaw
 from camrob.loop.rsi.link import read_sender
+from camrob.se3 import frame_from_mm_deg
 from camrob.toml.read_toml import read_toml
 from camrob.toml.table_reader import TableReader
 from camrob.units import deg_to_rad, mm_min_to_m_s, mm_to_m, ms_to_s
@@ -110,7 +110,7 @@ def read_tracker_case(folder: Path) -> TrackerCase:
     square, circle = table.table("square"), table.table("circle")
     case = TrackerCase(
         law=_law(table.table("loop")),
-        base_T_tracker=frame_of(tracker.vector("base_to_tracker", 6)),
+        base_T_tracker=frame_from_mm_deg(tracker.vector("base_to_tracker", 6)),
         noise=TrackerNoise(
             mm_to_m(tracker.number("noise_mm", lower=0.0, upper=1.0)),
             deg_to_rad(tracker.number("noise_deg", lower=0.0, upper=1.0)),

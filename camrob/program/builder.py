@@ -12,8 +12,7 @@ from camrob.cell.cell import Cell
 from camrob.program.language import Rounding
 from camrob.program.motion import Motion
 from camrob.program.program import Program, ProgramEvent
-from camrob.se3 import xyzabc_from_frame
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.se3 import mm_deg_from_frame
 
 __all__ = ["build_program", "printed_frames"]
 
@@ -27,9 +26,7 @@ def printed_frames(frames: Array) -> Array:
     values = np.empty((*frames.shape[:-2], 6))
     flat, rows = frames.reshape(-1, 4, 4), values.reshape(-1, 6)
     for start in range(0, len(flat), _CHUNK):
-        part = xyzabc_from_frame(flat[start : start + _CHUNK])
-        rows[start : start + _CHUNK, :3] = m_to_mm(part[:, :3])
-        rows[start : start + _CHUNK, 3:] = rad_to_deg(part[:, 3:])
+        rows[start : start + _CHUNK] = mm_deg_from_frame(flat[start : start + _CHUNK])
     return values
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import SingularError
-from camrob.se3 import xyzabc_from_frame
-from camrob.units import deg_to_rad, m_to_mm, rad_to_deg
+from camrob.se3 import mm_deg_from_frame
+from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = ["DELTA", "EPSILON", "compensate_as_published"]
 
@@ -29,28 +29,22 @@ def compensate_as_published(
     (eq. 9). forward: the calibrated robot's pose (4, 4) of angles (6,). Angles A, B, C break down at B = +-90
     degrees, as printed. Raises SingularError where it does not end.
     """
-    wanted = _pose_numbers(desired)
+    wanted = mm_deg_from_frame(desired)
     theta = rad_to_deg(np.array(ideal, float))
     for iteration in range(_ITERATIONS):
-        F = _deviation(_pose_numbers(forward(deg_to_rad(theta))), wanted)
+        F = _deviation(mm_deg_from_frame(forward(deg_to_rad(theta))), wanted)
         if float(F @ F) < epsilon:
             return deg_to_rad(theta), iteration
         J = np.empty((6, 6))
         for i in range(6):
             moved = theta.copy()
             moved[i] += delta
-            J[:, i] = (_deviation(_pose_numbers(forward(deg_to_rad(moved))), wanted) - F) / delta
+            J[:, i] = (_deviation(mm_deg_from_frame(forward(deg_to_rad(moved))), wanted) - F) / delta
         try:
             theta = theta - np.linalg.solve(J, F)
         except np.linalg.LinAlgError:
             raise SingularError("the numeric Jacobian is singular") from None
     raise SingularError("the published iteration does not end", value=float(F @ F), limit=epsilon)
-
-
-def _pose_numbers(pose: Array) -> Array:
-    """X, Y, Z, A, B, C in mm and degrees of a pose (4, 4)."""
-    numbers = xyzabc_from_frame(pose)
-    return np.concatenate([m_to_mm(numbers[:3]), rad_to_deg(numbers[3:])])
 
 
 def _deviation(numbers: Array, wanted: Array) -> Array:

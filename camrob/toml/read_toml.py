@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from camrob.errors import CellError, InputError
+from camrob.text import bytes_of
 
 __all__ = ["read_toml"]
 
@@ -17,8 +18,7 @@ _MOST_BYTES = 2**26  # 64 MB: a diagnosis with everything in it is a hundredth o
 def read_toml(path: Path, error: type[InputError] = CellError) -> dict[str, Any]:
     """The contents of a TOML file. Raises `error`, with the line, where it can't be read."""
     try:
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
+        data = bytes_of(path, _MOST_BYTES)
         if len(data) > _MOST_BYTES:
             raise error("is too large for a TOML file", hint="check the path", path=path)
         return tomllib.loads(data.decode("utf-8-sig"))

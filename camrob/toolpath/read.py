@@ -10,6 +10,7 @@ import numpy as np
 from camrob.errors import InputError, ToolpathError
 from camrob.machine_tool import MachineTool
 from camrob.progress import Share
+from camrob.text import bytes_of
 from camrob.toolpath.apt.dialects.registry import DIALECTS
 from camrob.toolpath.apt.read_apt import read_cl
 from camrob.toolpath.cut_off import refuse_cut_off
@@ -145,10 +146,7 @@ def _in_the_world(toolpath: Toolpath, path: Path) -> Toolpath:
 def _bytes(path: Path) -> bytes:
     """The file's bytes. Raises ToolpathError where there are none to be had."""
     try:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            data = b"" if size > _LARGEST_BYTES else file.read(_LARGEST_BYTES + 1)  # a device has no size, and no end
-        if max(size, len(data)) > _LARGEST_BYTES:
+        if path.stat().st_size > _LARGEST_BYTES or len(data := bytes_of(path, _LARGEST_BYTES)) > _LARGEST_BYTES:
             raise ToolpathError("the file has more than 1024 MiB", hint="split it", path=path)
         return data.strip(b"\0")  # leader and trailer of a tape, and what DNC fills a block up with
     except OSError as error:

@@ -2,14 +2,15 @@
 
 Axis values are KRL's: degrees, mm of sliding axes, in the order of `Machine.axis_names` (A1..A6, then E1..). Frames are in
 metres. A row is A = Rz(theta) Tz(d) Tx(a) Rx(alpha) in which every number counts: q is added to theta_deg of a turning joint,
-to d_mm of a sliding one, and axis = sign * q + offset.
+to d_mm of a sliding one, and axis = sign * q + offset. A row that says it is "modified" is A = Rx(alpha) Tx(a) Rz(theta) Tz(d):
+its a and alpha are added to those of the row before, or stand in the frame in which the first row begins.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from camrob.errors import CellError
 from camrob.witness.arm import Arm, Pose, chain
 from camrob.witness.fields import Fields, read_toml
-from camrob.witness.frames import frame, inverse, joined
+from camrob.witness.frames import frame, inverse, joined, rotation
 from camrob.witness.units import deg_to_rad, mm_to_m
 
 __all__ = ["Controller", "Joint", "Machine", "read_machine"]
@@ -46,6 +47,7 @@ class Joint:
     high: float
     endless: bool
     speed: float = np.inf  # degrees or mm a second
+    modified: bool = False  # a and alpha stand before the motion, not behind it
 
 
 _SETTINGS = {
@@ -210,7 +212,42 @@ def _joint(fields: Fields, words: Mapping[str, str]) -> Joint:
         high=float(high),
         endless=endless,
         speed=np.inf if (speed := limits.maybe(f"speed_{unit}_s")) is None else speed,
+        modified=_modified(dh),
     )
+
+
+def _modified(dh: Fields) -> bool:
+    """The convention of a row."""
+    said = dh.text("convention", "standard")
+    if said not in ("standard", "modified"):
+        raise dh.wrong("convention", f"is {said!r}", "write standard or modified")
+    return said == "modified"
+
+
+def _along_x(a: float, alpha: float) -> Array:
+    """Tx(a) Rx(alpha) (4, 4)."""
+    turn = np.eye(4)
+    turn[:3, :3], turn[0, 3] = rotation(0, np.array([alpha]))[0], a
+    return turn
+
+
+def _standard(joints: tuple[Joint, ...], first: Array, foot: Array) -> tuple[tuple[Joint, ...], Array, Array]:
+    """The same chain in standard rows, and base_T_first and foot_T_root with it: where the arm's first row takes its a and alpha
+    along before it, the foot that root is seen from moves to behind them.
+    """
+    rows = list(joints)
+    for k, joint in enumerate(joints):
+        if not joint.modified:
+            continue
+        if joint.role == "arm" and (k == 0 or joints[k - 1].role != "arm"):
+            foot = inverse(_along_x(joint.a, joint.alpha)) @ foot
+        if k == 0:
+            first = first @ _along_x(joint.a, joint.alpha)
+        else:
+            before = rows[k - 1]
+            rows[k - 1] = replace(before, a=before.a + joint.a, alpha=before.alpha + joint.alpha)
+        rows[k] = replace(joint, a=0.0, alpha=0.0, modified=False)
+    return tuple(rows), first, foot
 
 
 def _joints(top: Fields) -> tuple[Joint, ...]:
@@ -229,7 +266,7 @@ def _joints(top: Fields) -> tuple[Joint, ...]:
     words = {} if names == plain else dict(zip(names, plain, strict=True))
     for fields, role in zip(tables, roles, strict=True):
         row = fields.sub("dh").table
-        if role == "roll" and any(value for value in row.values()):
+        if role == "roll" and any(value for key, value in row.items() if key != "convention"):
             raise fields.wrong("dh", "is not all zeros", "a roll turns about the tool's own axis: [tool] says where")
     joints = tuple(_joint(fields, words) for fields, role in zip(tables, roles, strict=True) if role != "roll")
     for joint in joints:
@@ -269,11 +306,11 @@ def read_machine(cell: Path) -> Machine:
     """The machine of a cell's folder, or of a cell.toml itself. Raises CellError, naming file and key."""
     top = read_toml(cell / "cell.toml" if cell.is_dir() else cell, CellError)
     chain_of = top.sub("kinematics")
-    joints = _joints(top)
-    rows = [joint for joint in joints if joint.role == "arm"]
     base_T_first, foot_T_root, wrist_T_flange = (
         frame(chain_of.numbers(key, 6)) for key in ("base_to_first", "foot_to_root", "wrist_to_flange")
     )
+    joints, base_T_first, foot_T_root = _standard(_joints(top), base_T_first, foot_T_root)
+    rows = [joint for joint in joints if joint.role == "arm"]
     arm = Arm(
         a=np.array([joint.a for joint in rows]),
         alpha=np.array([joint.alpha for joint in rows]),

@@ -16,9 +16,9 @@ from camrob.cutting.dexels import Dexels, of_mesh
 from camrob.errors import InputError
 from camrob.findings import Finding
 from camrob.jobs.files.doubtful import doubtful_cell, doubtful_setup
-from camrob.se3 import xyzabc_from_frame
+from camrob.se3 import mm_deg_from_frame
 from camrob.toolpath.toolpath import Tool, Toolpath
-from camrob.units import m_to_mm, mm_to_m, rad_to_deg
+from camrob.units import m_to_mm, mm_to_m
 
 __all__ = ["assumed_limits", "taken_for_granted"]
 
@@ -239,8 +239,7 @@ def _no_setup(cell: Cell, setup: Setup) -> Finding | None:
     """What stands in for a set-up that there is none of."""
     if setup.path is not None:
         return None
-    frame = xyzabc_from_frame(np.asarray(cell.flange_T_tool))
-    numbers = [*m_to_mm(frame[:3]), *rad_to_deg(frame[3:])]
+    numbers = mm_deg_from_frame(np.asarray(cell.flange_T_tool))
     tool = " ".join(f"{n} {v:.3f}" for n, v in zip("XYZABC", np.round(numbers, 3) + 0.0, strict=True))
     text = (
         f"no set-up: the part's frame is taken for base itself, the tool for the cell's own ({tool}), and there is"

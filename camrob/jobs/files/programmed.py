@@ -16,7 +16,7 @@ from camrob.kinematics.best_condition import best_condition
 from camrob.kinematics.dh_rows import DhChain, DhRow, dh_chain
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
-from camrob.se3 import xyzabc_from_frame
+from camrob.se3 import mm_deg_from_frame
 from camrob.units import deg_to_rad, m_to_mm, rad_to_deg
 
 __all__ = ["straightened_by", "tables_for_programs"]
@@ -141,7 +141,7 @@ def tables_for_programs(cell: Cell, file: Path) -> str:
             _joint(j, row, float(v)) for j, row, v in zip(cell.joints, chain.rows, q, strict=True)
         ).rstrip(),
         masses="\n".join(_mass(cell, m, chain) for m in cell.masses),
-        **{key: _row(_in_trade_units(T)) for key, T in frames.items()},
+        **{key: _row(mm_deg_from_frame(T)) for key, T in frames.items()},
     )
 
 
@@ -184,12 +184,6 @@ def _mass(cell: Cell, mass: PointMass, chain: DhChain) -> str:
     return _MASS.format(
         name=json.dumps(mass.name), after=mass.after, mass=_number(mass.mass), center=_row(m_to_mm(center[:3]))
     )
-
-
-def _in_trade_units(T: Array) -> Array:
-    """X, Y, Z, A, B, C in mm and degrees."""
-    values = xyzabc_from_frame(T)
-    return np.concatenate([m_to_mm(values[:3]), rad_to_deg(values[3:])])
 
 
 def _least(limit: ArrayLike) -> Array:

@@ -13,7 +13,7 @@ from camrob.errors import InputError
 from camrob.loop.case import read_tracker_case
 from camrob.loop.law import CorrectionLaw
 from camrob.loop.rsi.link import Clock, LinkSettings, read_sender
-from camrob.se3 import frame_from_xyzabc, xyzabc_from_frame
+from camrob.se3 import frame_from_mm_deg, mm_deg_from_frame
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, ms_to_s, rad_to_deg, s_to_ms
 
 __all__ = ["LiveOptions", "live_options"]
@@ -87,7 +87,7 @@ class LiveOptions:
         )
         return LinkSettings(
             law,
-            base_T_tracker=frame_from_xyzabc(np.concatenate([mm_to_m(frame[:3]), deg_to_rad(frame[3:])])),
+            base_T_tracker=frame_from_mm_deg(frame),
             sen_type=self.sen_type,
             latency_s=ms_to_s(self.latency_ms),
             corrected=self.corrected,
@@ -132,7 +132,7 @@ def live_options(options: LiveOptions | None, cell: Path | None, said: Mapping[s
 def _of_cell(cell: Path) -> LiveOptions:
     """What a cell's tracker.toml says of the loop, the instrument and RSI."""
     case = read_tracker_case(cell.parent if cell.suffix == ".toml" and not cell.is_dir() else cell)
-    law, frame = case.law, xyzabc_from_frame(case.base_T_tracker)
+    law, frame = case.law, mm_deg_from_frame(case.base_T_tracker)
     options = LiveOptions(
         gain=law.gain,
         cycle_ms=round(s_to_ms(law.cycle_s), 6),
@@ -141,6 +141,6 @@ def _of_cell(cell: Path) -> LiveOptions:
         step_mm=m_to_mm(law.step_m),
         step_deg=rad_to_deg(law.step_rad),
         noise_mm=m_to_mm(case.noise.position),
-        tracker_in_base=(*m_to_mm(frame[:3]).tolist(), *rad_to_deg(frame[3:]).tolist()),
+        tracker_in_base=tuple(frame.tolist()),
     )
     return replace(options, **case.link)

@@ -25,8 +25,8 @@ from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.placement import place_part
 from camrob.redundancy.published.beginnings import resolve_begun_elsewhere, resolve_published
 from camrob.redundancy.solution import Solution
-from camrob.se3 import xyzabc_from_frame
-from camrob.units import m_to_mm, rad_to_deg
+from camrob.se3 import mm_deg_from_frame
+from camrob.units import m_to_mm
 
 __all__ = ["with_a_place"]
 
@@ -186,6 +186,4 @@ def _mm(shift: Array) -> str:
 
 
 def _printed(base_T_part: Array) -> str:
-    values = xyzabc_from_frame(base_T_part)
-    numbers = [*m_to_mm(values[:3]).tolist(), *rad_to_deg(values[3:]).tolist()]
-    return "[" + ", ".join(f"{v + 0.0:.6g}" for v in np.round(numbers, 4)) + "]"
+    return "[" + ", ".join(f"{v + 0.0:.6g}" for v in np.round(mm_deg_from_frame(base_T_part), 4)) + "]"

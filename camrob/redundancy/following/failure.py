@@ -80,13 +80,14 @@ def explain_failure(
             reasons=miss.tally,
         )
     if not miss.reached:
+        what, cure = _named(path, point)
         there = nearest_miss(cell, arm, base_T_point, state.q)  # frames: point is tip
         if there.reached:
-            known = f"the way to this point ({_evidence(cell, arm, base_T_target, miss)}); {short}"
+            known = f"the way to {what} ({_evidence(cell, arm, base_T_target, miss)}); {short}"
         else:
-            known = f"this point ({_evidence(cell, arm, base_T_point, there)})"
+            known = f"{what} ({_evidence(cell, arm, base_T_point, there)})"
         return UnreachableError(
-            f"no posture of the cell reaches {known}; {_ELSEWHERE}",
+            f"no posture of the cell reaches {known}; {cure}",
             line=line,
             region=region,
             reasons=miss.tally,
@@ -119,14 +120,14 @@ def explain_failure(
 
 def explain_unreached(cell: Cell, arm: Arm, path: ToolPathInBase, point: int, base_T_target: Array) -> JobError:
     """The error for a path point (index) that a scan of the plan's reached by no posture."""
-    line, region = _place(path, point)
+    (line, region), (what, cure) = _place(path, point), _named(path, point)
     miss = nearest_miss(cell, arm, base_T_target, cell.q_home)  # frames: target is tip
     if miss.reached:
-        what = "the plan's scan of table, track and roll found no posture at this point, though there is one"
-        return UnreachableError(f"{what}; {_ELSEWHERE}, or leave out --method", line=line, region=region)
+        scanned = f"the plan's scan of table, track and roll found no posture at {what}, though there is one"
+        return UnreachableError(f"{scanned}; {_ELSEWHERE}, or leave out --method", line=line, region=region)
     known = _evidence(cell, arm, base_T_target, miss)
     return UnreachableError(
-        f"no posture of the cell reaches this point ({known}); {_ELSEWHERE}",
+        f"no posture of the cell reaches {what} ({known}); {cure}",
         line=line,
         region=region,
         reasons=miss.tally,
@@ -135,5 +136,21 @@ def explain_unreached(cell: Cell, arm: Arm, path: ToolPathInBase, point: int, ba
 
 def _place(path: ToolPathInBase, point: int) -> tuple[int, str]:
     """Line and region of a path point (index)."""
-    line = int(path.line[point]) or int(path.line[min(point + 1, len(path) - 1)])
+    line = int(path.line[point]) or int(path.line[_beside(path, point)])
     return line, str(int(path.region[point])) if path.region[point] >= 0 else ""
+
+
+def _named(path: ToolPathInBase, point: int) -> tuple[str, str]:
+    """What a path point (index) is to whoever knows the file, and what to do where nothing reaches it."""
+    if path.of_toolpath[point]:
+        return "this point", _ELSEWHERE
+    frames, own = np.asarray(path.base_T_tip), _beside(path, point)
+    off = m_to_mm(float(np.linalg.norm(frames[point, :3, 3] - frames[own, :3, 3])))
+    where = f"the safe point {off:.0f} mm off that of line {path.line[own]}, which clearance_mm puts there"
+    return where, f"{_ELSEWHERE}, or lower clearance_mm"
+
+
+def _beside(path: ToolPathInBase, point: int) -> int:
+    """The file's own point that one of camrob's (index) is put before or, at the end, behind."""
+    own = np.flatnonzero(path.of_toolpath)
+    return int(own[min(int(np.searchsorted(own, point)), len(own) - 1)])

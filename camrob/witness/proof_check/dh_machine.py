@@ -34,8 +34,10 @@ _SAME = 1e-12  # m and sines: an axis that is off by more isn't square, or paral
 _FOUR, _JOINTS = 4, 6  # rows of a matrix; axes of an arm
 
 
-def dh(row: dict[str, float], q: float = 0.0, prismatic: bool = False) -> Array:
-    """Denavit and Hartenberg's matrix of a row, its variable at q beside what the row says."""
+def dh(row: dict[str, Any], q: float = 0.0, prismatic: bool = False) -> Array:
+    """Denavit and Hartenberg's matrix of a row, its variable at q beside what the row says. ValueError: a modified one."""
+    if row.get("convention", "standard") != "standard":
+        raise ValueError("not a machine that is covered: a modified row")
     t, a = np.radians(row.get("theta_deg", 0.0)) + (0.0 if prismatic else q), np.radians(row["alpha_deg"])
     d = row.get("d_mm", 0.0) / _MM + (q if prismatic else 0.0)
     c, s, ca, sa = np.cos(t), np.sin(t), np.cos(a), np.sin(a)

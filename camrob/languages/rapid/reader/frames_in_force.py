@@ -10,8 +10,8 @@ from camrob.languages.rapid.reader.collected_rows import OFF_UNIT
 from camrob.languages.rapid.reader.data import Data, numbers
 from camrob.languages.rapid.reader.expressions import Value
 from camrob.program.program_text import FrameKind, ProgramFrame
-from camrob.se3 import frame_from_xyzabc, quaternion_to_rotation, rotation_to_abc, xyzabc_from_frame
-from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
+from camrob.se3 import frame_from_mm_deg, mm_deg_from_frame, quaternion_to_rotation, rotation_to_abc
+from camrob.units import rad_to_deg
 
 __all__ = ["FramesInForce"]
 
@@ -101,9 +101,7 @@ def _xyzabc(value: Value | None) -> Array | None:
 
 def _behind(first: Array, second: Array) -> Array:
     """X..C of one frame in another."""
-    both = [frame_from_xyzabc(np.concatenate([mm_to_m(f[:3]), deg_to_rad(f[3:])])) for f in (first, second)]
-    values = xyzabc_from_frame(both[0] @ both[1])
-    return np.concatenate([m_to_mm(values[:3]), rad_to_deg(values[3:])])
+    return mm_deg_from_frame(frame_from_mm_deg(first) @ frame_from_mm_deg(second))
 
 
 def _same(old: ProgramFrame, new: ProgramFrame) -> bool:

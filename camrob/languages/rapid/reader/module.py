@@ -8,6 +8,7 @@ from pathlib import Path
 
 from camrob.errors import ProgramError
 from camrob.languages.rapid.reader.tokens import Row, Statement, shown, statements_of
+from camrob.text import bytes_of
 
 __all__ = ["Module", "Node", "Routine", "load_module", "modules_beside"]
 
@@ -138,7 +139,7 @@ def modules_beside(main: Path) -> list[Path]:
         return []
     files = {f.name.lower(): f for f in main.parent.iterdir() if f.is_file()}
     out = []
-    for name in _LISTED.findall(listing.read_bytes()[:_LONGEST_LIST].decode("latin-1")):
+    for name in _LISTED.findall(bytes_of(listing, _LONGEST_LIST).decode("latin-1")):
         file = files.get(name.lower())
         if name.lower() == main.name.lower() or name.lower().endswith(".sys"):
             continue
