@@ -48,7 +48,7 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
 def test_reversed_tool_axes_are_named(tmp_path: Path) -> None:
     (tmp_path / "part.cls").write_text(CL.replace("40.0,0.0,0.0,1.0", "40.0,0.0,0.0,-1.0"))
     (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\nclearance_mm = 20\n")
-    with pytest.raises(camrob.JobError, match="so they may be reversed"):
+    with pytest.raises(camrob.JobError, match="all tool axes point down as the part lies: turn it over"):
         camrob.post(tmp_path / "part.cls", cell=CELL, out=tmp_path / "out", report=False)
 
 

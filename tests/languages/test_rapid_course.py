@@ -234,3 +234,78 @@ def test_reltool_turns_about_x_then_the_new_y_then_the_new_z(tmp_path: Path) -> 
     np.testing.assert_allclose(made.path.axis[1], turned.apply([0, 0, 1]), atol=1e-9)
     np.testing.assert_allclose(made.path.axis[2], made.path.axis[1], atol=1e-12)
     np.testing.assert_allclose(text.pose[2], text.pose[1], atol=1e-9)
+
+
+FUNCTIONS = """FUNC num Half(num n)
+RETURN n/2;
+ENDFUNC
+LOCAL FUNC robtarget There(num x,robtarget p)
+VAR num more;
+p.trans.x:=x;
+IF x>20 THEN
+RETURN Offs(p,Half(10),0,0);
+ENDIF
+FOR i FROM 1 TO 3 DO
+more:=more+i;
+ENDFOR
+TEST x
+CASE 7:
+more:=100;
+ENDTEST
+p.trans.x:=p.trans.x+more;
+RETURN p;
+ENDFUNC
+FUNC bool Far(num x)
+WHILE x>3 DO
+x:=x-3;
+ENDWHILE
+RETURN x=2;
+ENDFUNC
+"""
+
+
+def test_functions_that_only_reckon_give_their_values(tmp_path: Path) -> None:
+    """What they are handed they may change: it is a copy. 4+6, 7+100, 30+5; Far of 8 is TRUE."""
+    to = "MoveL There({},p1),v100,fine,tS\\WObj:=wP;\n"
+    body = to.format("2*2") + to.format("7") + f"IF Far(8) THEN\n{to.format('Half(60)')}ENDIF\n{GO}"
+    assert by_both(written(tmp_path, body, behind=FUNCTIONS)) == [10, 107, 35, 5]
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        "SetDO doSpindle,1;",
+        "n:=7;",
+        "MoveL p1,v100,fine,tS\\WObj:=wP;",
+        "Incr x;",
+        "sub;",
+        'TPWrite "a";',
+        "x:=Out(2);",
+    ],
+)
+def test_a_function_that_does_more_is_not_followed(tmp_path: Path, inside: str) -> None:
+    own = f"FUNC num Shift(num x)\n{inside}\nRETURN x;\nENDFUNC\n{OWN}"
+    path = written(tmp_path, MOVE.format("Shift(3)"), "VAR num n;\n", own)
+    assert run_program(path, MACHINE).gaps
+    with pytest.raises(ProgramError, match="not in the program"):
+        read_rapid(path)
+    made = run_program(written(tmp_path, f"n:=Abs(Shift(3));\n{GO}", "VAR num n;\n", own), MACHINE)
+    assert any("SHIFT(), and what that does" in gap.text for gap in made.gaps)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f"WHILE TRUE DO\n{GO}ENDWHILE\n",
+        f"VAR bool on:=TRUE;\nWHILE on DO\n{GO}ENDWHILE\n",
+        f"VAR num n:=1;\nWHILE n>0 DO\n{GO}n:=-n;\nn:=-n;\nENDWHILE\n",
+        f"VAR num n:=1;\nWHILE n>0 DO\n{GO}n:=3-n;\nENDWHILE\n",
+        f"VAR num n;\nWHILE TRUE DO\nIncr n;\n{GO}ENDWHILE\n",
+    ],
+)
+def test_a_loop_that_never_ends_is_soon_said_to(tmp_path: Path, body: str) -> None:
+    path = written(tmp_path, body)
+    with pytest.raises(ProgramError, match="never ends"):
+        read_rapid(path)
+    made = run_program(path, MACHINE)
+    assert any("never end" in gap.text for gap in made.gaps) and len(made.path.tip) < 300

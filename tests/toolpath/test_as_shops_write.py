@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -66,11 +67,27 @@ def test_cycle_205_with_its_later_parameters(tmp_path: Path, more: str, bites: i
     assert sum(move for _, move in _heights(toolpath)) == bites + ("Q208=300" in more)
 
 
+BROKEN = {  # Q257: heights at the feed of bites of 10, 8, 6, 4 and 2, and back by 0.2 behind each that ends none of them
+    "3": [-3, -6, -9, -10, -13, -16, -18, -21, -24, -27, -28, -30],
+    "5": [-5, -10, -15, -18, -23, -24, -28, -30],
+    "10": [-10, -18, -24, -28, -30],
+}
+
+
+@pytest.mark.parametrize("every", BROKEN)
+def test_cycle_205_breaks_chips_within_its_bites(tmp_path: Path, every: str) -> None:
+    found = _heights(_read(tmp_path, "a.h", HEAD + PECKING.replace("Q257=0", f"Q257={every}") + AT + END))
+    assert [z for z, move in found if move] == BROKEN[every]
+    back = [b - a for (a, cut), (b, _) in pairwise(found) if cut and b < 2.0]
+    assert [round(way, 6) for way in back] == [0.2] * (len(BROKEN[every]) - 5)
+
+
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (("Q257=0", "Q257=3"), "Q257 or Q379"),
-        (("Q211=0.5", "Q211=0 ~\nQ379=5"), "Q257 or Q379"),
+        (("Q257=0", "Q257=-3"), "makes no hole"),
+        (("Q257=0", "Q257=0.0001"), "makes no hole"),
+        (("Q211=0.5", "Q211=0 ~\nQ379=5"), "a start inside the hole"),
         (("Q258=0.5", "Q258=-0.5"), "makes no hole"),
         (("Q205=4", "Q205=0"), "makes no hole"),
         (("Q259=1 ~\n", ""), "without Q259"),

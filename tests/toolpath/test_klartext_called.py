@@ -180,3 +180,13 @@ def test_squares_sides_angles_and_a_centre_where_the_tool_is(tmp_path: Path) -> 
     (arc,) = toolpath.regions[0].arcs
     assert arc.center[:2] * 1e3 == pytest.approx([9, 2])
     assert math.degrees(arc.angle) == pytest.approx(90)
+
+
+def test_a_label_behind_the_end_is_called_and_not_run_into(tmp_path: Path) -> None:
+    """Some write subprograms behind END PGM; F may stand before S in TOOL CALL."""
+    text = (
+        HEAD.replace("S3000 F300", "F300 S3000")
+        + "L X+0 Y+0 Z+5 FMAX\nCALL LBL 5\nL X+20 FMAX\nCALL LBL 5\nEND PGM MAIN MM\n"
+    )
+    cuts = _cuts(_file(tmp_path, text + "LBL 5\nL Z-2\nL IX+5\nL Z+5\nLBL 0\n"))
+    assert cuts.round(6).tolist() == [[0, 0, -2], [5, 0, -2], [5, 0, 5], [20, 0, -2], [25, 0, -2], [25, 0, 5]]

@@ -48,7 +48,7 @@ def first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> M
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    if isinstance(first, CollisionError):
+    if isinstance(first, CollisionError | VerificationError):
         from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
 
         first = with_a_place(first, inputs, planned=order.asked.method == "planned")

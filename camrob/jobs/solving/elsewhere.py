@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from camrob.bodies.table_plate import table_plate
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.errors import CellError, CollisionError, JobError, LimitError, SetupError, SingularError, UnreachableError
+from camrob.errors import (
+    CellError,
+    CollisionError,
+    JobError,
+    LimitError,
+    SetupError,
+    SingularError,
+    UnreachableError,
+    VerificationError,
+)
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.place_trial import TRIAL_POINTS, off_table, try_placement
@@ -47,10 +56,13 @@ _ROUND = 0.01  # m
 
 def with_a_place(error: JobError, inputs: JobInputs, *, planned: bool = False) -> JobError:
     """The same error with the plan that gets there where the part is, or with the nearest shift of the part, followed on trial
-    without touching anything, or that none is.
+    without touching anything, or that none is; of a program that was judged unfit with what may lie beneath.
 
     planned: it was met in a plan, so that to plan is no advice.
     """
+    if isinstance(error, VerificationError):
+        doubt = _upside_down(inputs)
+        return error.but(f"{error.what}; {doubt}") if doubt else error
     if not isinstance(error, CollisionError | UnreachableError | LimitError | SingularError):
         return error
     lost = isinstance(error, UnreachableError) and not error.reasons.get(IN_REACH)
@@ -88,12 +100,14 @@ def _units(inputs: JobInputs) -> str:
 
 
 def _upside_down(inputs: JobInputs) -> str:
-    """A doubt about the sense of the tool axes, where all of them point down."""
-    axes = np.concatenate([np.asarray(region.axis)[:, 2] for region in inputs.toolpath.regions])
+    """A doubt about how the part lies, or about the sense of the tool axes, where all of them point down."""
+    up = np.asarray(inputs.setup.base_T_part)[2, :3]
+    axes = np.concatenate([np.asarray(region.axis) @ up for region in inputs.toolpath.regions])
     if not len(axes) or axes.max() >= 0.0:
         return ""
     return (
-        "all tool axes of the file point down, where i, j, k point from the tip to the spindle, so they may be reversed"
+        "all tool axes point down as the part lies: turn it over (part_in_base with 180 as its last number), "
+        "or they are reversed in the file, where i, j, k point from the tip to the spindle"
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol, cast
 
 import numpy as np
@@ -73,7 +73,9 @@ class NotSaidError(Exception):
 
 
 class Scopes(Protocol):
-    """What names stand for."""
+    """What names stand for, and what the program's own functions give."""
+
+    own_function: Callable[[str, Sequence[Item]], Item] | None
 
     def find(self, name: str) -> tuple[str, Item]:
         """Type and value of a name; neither of one that isn't declared. An array's type has its dimensions behind it: NUM{2}."""
@@ -242,7 +244,9 @@ class _Reader:
             return name == "TRUE"
         if self.sign() == "(":
             self.at += 1
-            return self.shifted(name) if name in _SHIFTED else _called(name, self.listed(")"))
+            if name in _SHIFTED:
+                return self.shifted(name)
+            return self.given(name)
         kind, value = self.scopes.find(name)
         while self.sign() in ("{", "."):
             if self.sign() == "{":
@@ -256,6 +260,16 @@ class _Reader:
         if value is None:
             raise NotSaidError(f"{name[:40]} isn't in the program")
         return value
+
+    def given(self, name: str) -> Item:
+        """What a function gives, the opening bracket behind us: one of ABB's, else the program's own."""
+        values: list[Item] = []
+        if self.sign() != ")":
+            values = self.listed(")")
+        else:
+            self.at += 1
+        own = self.scopes.own_function
+        return _called(name, values) if name in _FUNCTIONS or own is None else own(name, values)
 
     def shifted(self, name: str) -> Item:
         """Offs or RelTool, the opening bracket behind us: a comma may stand before an optional argument, too."""

@@ -33,7 +33,7 @@ _STRUCTURE = re.compile(
     r"|(?:IF|ELSEIF)\b.*\bTHEN|(?:FOR|WHILE)\b.*\bDO|TEST\b.*|CASE\b.*:|DEFAULT:"
 )
 _ROUTINE = re.compile(r"(?:LOCAL )?(?:PROC|FUNC)\b")
-_HEAD = re.compile(r"(?:LOCAL )?PROC (\w+) ?\((.*)\)")
+_HEAD = re.compile(r"(?:LOCAL )?(?:PROC|FUNC \w+) (\w+) ?\((.*)\)")
 _MODULE = re.compile(r"(?:SYS)?MODULE (\w+)(?: ?\(.*\))?")
 _LISTED = re.compile(r"<MODULE>([^<]+)</MODULE>", re.IGNORECASE)
 _LONGEST = 20_000  # characters of one statement
@@ -74,7 +74,7 @@ class RapidModule:
     data: list[Line] = field(default_factory=list)
     procedures: dict[str, Procedure] = field(default_factory=dict)
     outside: list[Line] = field(default_factory=list)
-    functions: dict[str, Line] = field(default_factory=dict)  # what FUNC heads, which are not followed
+    functions: dict[str, Procedure] = field(default_factory=dict)
 
 
 # statements that only move, wait, switch or branch: what they name they leave as it was
@@ -193,29 +193,29 @@ def read_rapid_module(path: Path) -> RapidModule:
     until, closed, begun = "", False, False
     for node in _nodes(lines):
         code = node.code if isinstance(node, Line) else ""
-        if open_ is not None and code != "ENDPROC":
+        if open_ is not None and code != until:
             open_.nodes.append(node)
         elif open_ is not None:
             referring = re.search(r"[(,] ?(?:VAR|INOUT|PERS) .*", open_.head.code)
             if referring and _only_reads(open_) and (given := _HEAD.fullmatch(open_.head.code)) is not None:
                 open_.inputs = _inputs(re.sub(r"(^|,) ?(?:VAR|INOUT|PERS) ", r"\1", given[2]))
-            open_ = None
+            open_, until = None, ""
         elif until:
             until = "" if code == until else until
         elif isinstance(node, MoveRow):
             module.outside.append(Line(node.number, "MOVEL", "", "MoveL .."))
         elif (head := _HEAD.fullmatch(code)) is not None:
-            if head[1] in module.procedures:
-                raise ProgramError(f"has two procedures {head[1]}", path=path, line=node.number)
-            open_ = module.procedures.setdefault(head[1], Procedure(head[1], node, _inputs(head[2])))
+            routines = module.functions if "FUNC " in code else module.procedures
+            if head[1] in routines:
+                raise ProgramError(f"has two routines {head[1]}", path=path, line=node.number)
+            open_ = routines.setdefault(head[1], Procedure(head[1], node, _inputs(head[2])))
+            until = "ENDPROC" if routines is module.procedures else "ENDFUNC"
         elif _MODULE.fullmatch(code):
             begun = True
         elif code == "ENDMODULE":
             closed = True
         elif (word := re.match(r"(?:LOCAL )?(FUNC|TRAP|RECORD)\b", code)) is not None:
             until = f"END{word[1]}"
-            if (named := re.match(r"(?:LOCAL )?FUNC \w+ (\w+)", code)) is not None:
-                module.functions[named[1]] = node
         elif re.match(r"(?:LOCAL |TASK )?(?:CONST|VAR|PERS) ", code):
             module.data.append(node)
         elif not code.startswith("%%%") and not re.fullmatch(r"VERSION ?:.*|LANGUAGE ?:.*", code):

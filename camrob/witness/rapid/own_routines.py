@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["function_called", "hiding"]
+__all__ = ["functions_called", "hiding"]
 
 _STATEMENTS = frozenset(
     """MOVEABSJ MOVEJ MOVEL MOVEC WAITTIME SETDO SETAO SETGO SET RESET PULSEDO INVERTDO STOP BREAK WAITDI WAITDO WAITUNTIL
@@ -33,7 +33,7 @@ def hiding(names: Iterable[str]) -> list[str]:
     return sorted(name for name in names if name in _STATEMENTS or name in _FUNCTIONS)
 
 
-def function_called(code: str) -> str:
-    """A function called by a statement, in capitals, that is none of ABB's that only give a value; "" where there is none."""
+def functions_called(code: str) -> list[str]:
+    """Functions called by a statement, in capitals, that are none of ABB's that only give a value."""
     found = (match for match in _CALL.finditer(_TEXT.sub('""', code)) if match.start() > 0)  # behind its own word
-    return next((match[1] for match in found if match[1] not in _VALUES and match[1] not in _WORDS), "")
+    return [match[1] for match in found if match[1] not in _VALUES and match[1] not in _WORDS]

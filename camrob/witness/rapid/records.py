@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -70,6 +71,7 @@ class Records:
     module: _Scope = field(default_factory=dict)
     own: _Scope = field(default_factory=dict)
     kept: set[tuple[int, str]] = field(default_factory=set)
+    own_function: Callable[[str, Sequence[Item]], Item] | None = None
 
     def declare(
         self, kind: str, name: str, text: str, scope: _Scope | None = None, *, sizes: str = "", how: str = "VAR"

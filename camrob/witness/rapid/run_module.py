@@ -20,7 +20,8 @@ from camrob.witness.krl.values import split_top
 from camrob.witness.machine import Machine
 from camrob.witness.rapid.expressions import Item, NotSaidError
 from camrob.witness.rapid.module_text import Procedure, RapidModule, listed_modules, read_rapid_module
-from camrob.witness.rapid.own_routines import function_called, hiding
+from camrob.witness.rapid.own_functions import Functions
+from camrob.witness.rapid.own_routines import functions_called, hiding
 from camrob.witness.rapid.rapid_motion import RapidMotions
 from camrob.witness.rapid.rapid_statements import STATEMENTS
 from camrob.witness.rapid.records import Records
@@ -64,6 +65,7 @@ class _Runner(Walk):
         # by module (LOCAL; "" else) and name
         self.procedures: dict[tuple[str, str], tuple[RapidModule, Procedure]] = {}
         self.locals: dict[Path, dict[str, tuple[str, Item]]] = {}  # by module, what LOCAL keeps to it
+        self.functions = Functions(self.records)
         self.depth = 0
         conduct = self.state.conduct
         conduct.begun, conduct.words = True, _WORDS
@@ -84,6 +86,10 @@ class _Runner(Walk):
         scopes = [("", self.records.known), *((str(path), scope) for path, scope in self.locals.items())]
         return [((path, name), scope) for path, scope in scopes for name in scope]
 
+    def held(self) -> str:
+        """What all data hold, as a text."""
+        return repr((self.records.known, self.locals, self.records.own))
+
     def left(self) -> _Left:
         """What the run leaves in the modules' data other than they were declared with."""
         return {key: scope[key[1]] for key, scope in self.places() if scope[key[1]] != self.first.get(key)}
@@ -100,10 +106,12 @@ class _Runner(Walk):
         self.records.module = self.locals[path] = {}
         for line in module.data:
             self.declare(line, self.records.module if line.code.startswith("LOCAL ") else self.records.known)
-        heads = {**module.functions, **{name: procedure.head for name, procedure in module.procedures.items()}}
+        heads = {name: routine.head for name, routine in {**module.functions, **module.procedures}.items()}
         for name in hiding(heads):
             text = f"{name} is a routine of the program's own, and hides the controller's: what it does isn't what ABB says"
             state.object("library-replaced", text, heads[name])
+        for function in module.functions.values():
+            self.functions.add(str(path), function, self.locals[path])
         for name, procedure in module.procedures.items():
             key = (str(path) if procedure.head.code.startswith("LOCAL ") else "", name)
             if key in self.procedures:
@@ -130,6 +138,7 @@ class _Runner(Walk):
         records = self.records
         kept = (self.state.file, records.own, records.module)
         self.state.file = self.state.files.index(str(module.path))
+        self.functions.here = str(module.path)
         own = {name: value for (_, name), value in zip(procedure.inputs or (), given, strict=True)}
         records.own, records.module = own, self.locals[module.path]
         handler = recovery(procedure.nodes)
@@ -144,6 +153,7 @@ class _Runner(Walk):
             self.state.early = None
         finally:
             self.state.file, records.own, records.module = kept
+            self.functions.here = self.state.files[self.state.file]
             self.motions.forget()
             self.depth -= 1
 
@@ -158,7 +168,8 @@ class _Runner(Walk):
             state.unknown(line, "the statement isn't on the list of what is understood")
             return
         row, match = found
-        function = "" if row.act in ("move", "unread_move") else function_called(line.code)
+        called = () if row.act in ("move", "unread_move") else functions_called(line.code)
+        function = next((name for name in called if not self.functions.holds(name)), "")
         if function:
             why = f"it calls {function[:40]}(), and what that does isn't judged"
             if row.act != "assign":

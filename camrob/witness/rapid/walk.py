@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from itertools import groupby
 
-from camrob.witness.krl.state import State
+from camrob.witness.krl.state import LostError, State
 from camrob.witness.krl.text import Line
 from camrob.witness.krl.values import split_top
 from camrob.witness.rapid.block_parts import parts_of
@@ -21,6 +21,8 @@ __all__ = ["Walk", "recovery"]
 _FOR = re.compile(r"FOR (?P<name>\w+) FROM (?P<first>.+?) TO (?P<last>.+?)(?: STEP (?P<step>.+?))? DO")
 
 
+_LOOKED_AT = 20  # rounds of a WHILE in which one that never ends shows
+_MOST_ROUNDS = 200  # of WHILE TRUE, which nothing but a way out of the procedure ends
 _ENDS_IT = re.compile(r"RAISE\b.*|EXIT")
 _MOVES_NOTHING = re.compile(
     r"(?:TPWRITE|TPERASE|ERRWRITE|ERRLOG|STOP|BREAK)\b.*|(?:IF|ELSEIF)\b.*\bTHEN|ELSE|ENDIF|TEST\b.*|CASE\b.*|DEFAULT ?:|ENDTEST"
@@ -47,6 +49,10 @@ class Walk(ABC):
     state: State
     records: Records
     motions: RapidMotions
+
+    @abstractmethod
+    def held(self) -> str:
+        """What all data hold, as a text."""
 
     @abstractmethod
     def one(self, line: Line) -> None:
@@ -97,9 +103,7 @@ class Walk(ABC):
             if head.code.startswith("FOR"):
                 self.counted(head, parts[0][1])
             elif head.code.startswith("WHILE"):
-                while self.true(head.code.removeprefix("WHILE").removesuffix("DO")):
-                    self.state.tick(head)
-                    self.nodes(parts[0][1])
+                self.rounds(head, parts[0][1])
             elif head.code.startswith("IF"):
                 self.nodes(
                     next((inside for when, inside in parts if when == "ELSE" or self.true(_condition(when))), ())
@@ -109,6 +113,21 @@ class Walk(ABC):
         except NotSaidError as reason:
             self.state.gap(head, f"which way it goes isn't known ({reason}), so none is judged", tail.number)
         return end + 1
+
+    def rounds(self, head: Line, inside: Sequence[Line | MoveRow]) -> None:
+        """WHILE. One whose rounds end as the one or two before them did goes on for ever. Raises NotSaidError, LostError."""
+        data: list[str] = []
+        count, condition = 0, head.code.removeprefix("WHILE").removesuffix("DO").strip()
+        while self.true(condition):
+            self.state.tick(head)
+            count += 1
+            if count <= _LOOKED_AT:
+                data.append(self.held())
+                if data[-1] in data[-3:-1]:
+                    raise LostError(f"line {head.number}: a WHILE whose rounds change nothing never ends")
+            if condition == "TRUE" and count > _MOST_ROUNDS:
+                raise LostError(f"line {head.number}: a WHILE TRUE of more than {_MOST_ROUNDS} rounds may never end")
+            self.nodes(inside)
 
     def true(self, text: str) -> bool:
         """A condition. Raises NotSaidError."""

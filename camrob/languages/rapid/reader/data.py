@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from camrob.errors import ProgramError
@@ -57,14 +57,18 @@ def _predefined() -> dict[str, tuple[str, Value]]:
 class Data:
     """What is declared, by upper-case name: type and value, None where the text does not say it.
 
-    known: to all modules; module: by LOCAL, to the one that runs; own: to the procedure that runs, None outside of any. The
-    nearest hides the others.
+    known: to all modules; modules: by LOCAL, to each of them; module: to the one that runs; own: to the procedure that runs, None
+    outside of any. The nearest hides the others.
     """
 
     known: Scope = field(default_factory=lambda: dict(_predefined()))
+    modules: list[Scope] = field(default_factory=list)
     module: Scope = field(default_factory=dict)
     own: Scope | None = None
     changes: int = 0
+    call: Callable[[str, Sequence[Value]], Value | None] | None = (
+        None  # the program's own functions, None of another name
+    )
 
     def enter(self, module: Scope, own: Scope | None) -> None:
         """Another module or procedure runs from here on."""
@@ -93,6 +97,10 @@ class Data:
         if not kind:
             return
         self._scope(name)[name] = (kind, _replaced(kind, whole, path[1:], value))
+
+    def shown(self) -> str:
+        """All values, as a text: the same where nothing has changed."""
+        return repr((self.known, self.modules, self.own))
 
     def value(self, tokens: Sequence[Token]) -> Value:
         """The value of an expression. Raises UnknownError where the text does not say it."""

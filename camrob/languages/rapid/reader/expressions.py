@@ -64,7 +64,9 @@ class Computed(float):
 
 
 class Names(Protocol):
-    """What is declared."""
+    """What is declared; call: the program's own functions, None of a name that it has none of."""
+
+    call: Callable[[str, Sequence[Value]], Value | None] | None
 
     def find(self, name: str) -> tuple[str, Value | None]:
         """Type and value under a name; neither where it isn't declared."""
@@ -230,8 +232,7 @@ class _Expression:
         if name in ("OFFS", "RELTOOL") and self.peek() == "(":
             return self.moved(name)
         if self.peek() == "(":
-            self.take()
-            return _function(name, self.listed(")"))
+            return self.given(name)
         kind, value = self.data.find(name)
         while self.peek() in (".", "{"):
             if self.take().text == "{":
@@ -245,6 +246,15 @@ class _Expression:
         if value is None:
             raise UnknownError(name)
         return value
+
+    def given(self, name: str) -> Value:
+        """What a function gives: the program's own, or one of RAPID's."""
+        self.take()
+        values = [] if self.peek() == ")" else self.listed(")")
+        if not values:
+            self.close(")")
+        own = self.data.call(name, values) if self.data.call is not None else None
+        return _function(name, values) if own is None else own
 
     def moved(self, name: str) -> Value:
         r"""Offs(p, x, y, z): p displaced in its work object; RelTool(p, x, y, z): along the tool's axes there, and turned about

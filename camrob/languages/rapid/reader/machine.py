@@ -95,8 +95,8 @@ class RapidMachine:
         )
         return True
 
-    def assign(self, statement: Statement) -> bool:
-        """`a.b{3}.c := value`; False for another statement."""
+    def assign(self, statement: Statement, *, noted: bool = True) -> bool:
+        """`a.b{3}.c := value`; False for another statement. noted: among what the program does beside moving."""
         tokens = statement.tokens
         texts = [t.text for t in tokens]
         if len(texts) < 3 or tokens[0].kind != "name" or ":=" not in texts:
@@ -116,7 +116,8 @@ class RapidMachine:
         if at >= len(tokens) or texts[at] != ":=":
             return False
         self._put(path if known else path[:1], tokens[at + 1 :] if known else ())
-        self.act(statement)
+        if noted:
+            self.act(statement)
         return True
 
     def known(self, tokens: Sequence[Token]) -> Value | None:

@@ -37,13 +37,14 @@ class Routine:
 
 @dataclass(slots=True)
 class Module:
-    """A file: what it declares, and its procedures by upper-case name, in their order."""
+    """A file: what it declares, its procedures and its functions by upper-case name, in their order."""
 
     path: Path
     name: str
     count: int
     declarations: list[Statement] = field(default_factory=list)
     routines: dict[str, Routine] = field(default_factory=dict)
+    functions: dict[str, Routine] = field(default_factory=dict)
 
 
 def load_module(path: Path) -> Module:
@@ -93,9 +94,9 @@ def _take(module: Module, lines: list[str]) -> None:
             raise ProgramError("stands outside of any procedure", hint="is the file damaged?", line=node.line)
         if kind:
             closing = _ENDS[kind]
-            open_ = _routine(node) if kind == "PROC" else None
+            open_ = _routine(node, kind) if kind in ("PROC", "FUNC") else None
             if open_ is not None:
-                module.routines[open_.name] = open_
+                (module.routines if kind == "PROC" else module.functions)[open_.name] = open_
         elif word in ("MODULE", "SYSMODULE") and not module.name:
             module.name = words[1] if len(words) > 1 else ""
         elif word == "ENDMODULE":
@@ -106,12 +107,12 @@ def _take(module: Module, lines: list[str]) -> None:
         raise ProgramError(f"has no {closing or 'ENDMODULE'}", hint="the file is damaged", line=module.count)
 
 
-def _routine(head: Statement) -> Routine:
-    """A procedure from its head."""
+def _routine(head: Statement, word: str) -> Routine:
+    """A procedure or a function, which has a type before its name, from its head."""
     texts = [t.text for t in head.tokens]
-    at = texts.index("PROC") + 1
+    at = texts.index(word) + (1 if word == "PROC" else 2)
     if len(texts) < at + 3 or head.tokens[at].kind != "name":
-        raise ProgramError(f"{shown(' '.join(texts[:4]))} is no procedure", hint="write PROC name()", line=head.line)
+        raise ProgramError(f"{shown(' '.join(texts[:4]))} is no routine", hint="write PROC name()", line=head.line)
     given = texts[at + 2 : -1]
     plain = [
         text for k, text in enumerate(given) if text not in _REFERRING or (given[k - 1 : k] not in ([], [","]) and k)

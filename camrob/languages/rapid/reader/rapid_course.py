@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from camrob.errors import ProgramError
 from camrob.languages.rapid.reader.data import Data
 from camrob.languages.rapid.reader.expressions import UnknownError, Value, number
 from camrob.languages.rapid.reader.module import Node
@@ -64,11 +65,28 @@ def run_block(
     elif head.word == "TEST":
         run(_chosen(head, parts[1:], data))
     elif head.word == "WHILE":
-        while _truth(head.tokens[1:-1], data):
-            passed()
-            run(parts[0][1])
+        _while(head, parts[0][1], data, run, passed)
     else:
         _count(head, parts[0][1], data, run, passed)
+
+
+def _while(
+    head: Statement,
+    nodes: Sequence[Node],
+    data: Data,
+    run: Callable[[Sequence[Node]], None],
+    passed: Callable[[], None],
+) -> None:
+    """WHILE. Raises ProgramError for one that never ends, as one or two rounds of it leave all data as they found them."""
+    passes, kept, before = 0, 0, ""
+    while _truth(head.tokens[1:-1], data):
+        passed()
+        passes += 1
+        if passes <= kept + 2 and data.shown() == before:
+            raise ProgramError("WHILE never ends", hint="post what one round of it does", line=head.line)
+        if not passes & (passes - 1):  # 1, 2, 4, 8, ..: looking at all data takes its time
+            kept, before = passes, data.shown()
+        run(nodes)
 
 
 def _truth(tokens: Sequence[Token], data: Data) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,10 @@ import numpy as np
 from camrob.errors import ProgramError
 from camrob.findings import Severity, collapse
 from camrob.languages.rapid.reader.arguments import arguments_of
-from camrob.languages.rapid.reader.data import Scope
 from camrob.languages.rapid.reader.expressions import UnknownError, Value
 from camrob.languages.rapid.reader.machine import KNOWN, LEAVING, MOVES, RapidMachine
 from camrob.languages.rapid.reader.module import Module, Node, Routine, load_module, modules_beside
+from camrob.languages.rapid.reader.own_functions import OwnFunctions
 from camrob.languages.rapid.reader.rapid_course import BLOCKS, parts_of, run_block
 from camrob.languages.rapid.reader.tokens import Row, Statement, joined, shown
 from camrob.program.motion import Turning
@@ -57,8 +57,9 @@ class _Reader:
         self._machine = RapidMachine()
         self._modules: list[Module] = []
         self._routines: dict[tuple[int, str], tuple[int, Routine]] = {}  # LOCAL ones by their module, else -1
-        self._locals: list[Scope] = []  # by module, what LOCAL keeps to it
         self._depth = self._taken = 0
+        machine = self._machine
+        self._functions = OwnFunctions(machine.data, _carried_out(machine), self._take, lambda: machine.file)
 
     def program(self) -> ProgramText:
         """Reads and runs everything."""
@@ -98,11 +99,16 @@ class _Reader:
         """A module: its data and its procedures."""
         module = load_module(path)
         self._modules.append(module)
-        self._locals.append({})
-        self._machine.data.enter(self._locals[-1], None)
+        data = self._machine.data
+        data.modules.append({})
+        data.enter(data.modules[-1], None)
         for statement in module.declarations:
             if not self._machine.declare(statement):
                 self._unknown(statement)
+        for function in module.functions.values():
+            self._functions.add(len(self._modules) - 1, function)
+            if function.name in ("OFFS", "RELTOOL"):
+                self._machine.find("not-understood", f"FUNC {function.name} hides the controller's own", function.line)
         for name, routine in module.routines.items():
             key = (len(self._modules) - 1 if routine.local else -1, name)
             if key in self._routines:
@@ -126,7 +132,7 @@ class _Reader:
         kept = (self._machine.file, data.module, data.own)
         self._machine.file = index
         named = zip(routine.parameters or (), given, strict=True)
-        data.enter(self._locals[index], {name: (kind, value) for (kind, name), value in named})
+        data.enter(data.modules[index], {name: (kind, value) for (kind, name), value in named})
         try:
             with suppress(_LeftError):
                 self._nodes(routine.nodes)
@@ -161,6 +167,8 @@ class _Reader:
         """A branch or a loop: the place behind it. Raises ProgramError for one that may move and whose course is not known."""
         parts, end = parts_of(nodes, at)
         why = ""
+        if parts and [t.text for t in head.tokens] == ["WHILE", "TRUE", "DO"] and not self._left(nodes[at:end]):
+            raise ProgramError("WHILE TRUE never ends", hint="post what one round of it does", line=head.line)
         try:
             if parts:
                 run_block(head, parts, self._machine.data, self._nodes, self._take)
@@ -179,6 +187,13 @@ class _Reader:
                 self._machine.lose(node)
         self._unknown(head)
         return end
+
+    def _left(self, nodes: Sequence[Node]) -> bool:
+        """Whether a loop holds a way out of it: itself, or EXIT anywhere that it may call."""
+        called = (node for module in self._modules for routine in module.routines.values() for node in routine.nodes)
+        words = [node.word for node in nodes if isinstance(node, Statement)]
+        ends = any(isinstance(node, Statement) and "EXIT" in (t.text for t in node.tokens) for node in called)
+        return ends or bool({"RETURN", "RAISE", "GOTO", "IF", "EXITCYCLE"} & set(words))
 
     def _moves(self, node: Node) -> bool:
         """Whether a statement that may not run could move."""
@@ -227,6 +242,11 @@ class _Reader:
     def _unknown(self, statement: Statement) -> None:
         text = f"{shown(joined(statement.tokens[:12]))} is not understood"
         self._machine.find("not-understood", text, statement.line, Severity.WARNING)
+
+
+def _carried_out(machine: RapidMachine) -> Callable[[Statement], bool]:
+    """What a function may do: declare and assign."""
+    return lambda statement: machine.declare(statement) or machine.assign(statement, noted=False)
 
 
 def _sets(routine: Routine) -> bool:

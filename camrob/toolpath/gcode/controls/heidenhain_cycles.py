@@ -119,18 +119,18 @@ def _check(number: int, q: Mapping[int, float]) -> None:
             f"cycle {number} with Q395 or Q343: its depth by the tool's tip angle", hint="name the depth of the tip (0)"
         )
     bite = q.get(202, 0.0)
-    if number == 205 and (q[257] or q.get(379)):
+    if number == 205 and q.get(379):
         raise ToolpathError(
-            "cycle 205 with Q257 or Q379: chips broken within a bite, or a start inside the hole",
-            hint="have the CAM system write the motions out, or break chips by cycle 203",
+            "cycle 205 with Q379: a start inside the hole", hint="have the CAM system write the motions out"
         )
     least = max(q[205], 0.0) if number in (203, 205) and q[212] > 0.0 else bite
     endless = bite > 0.0 and (not least > 0.0 or -q[201] / least > _MOST_PECKS)
-    stops = min(q.get(258, 0.0), q.get(259, 0.0)) < 0.0
+    broken = q.get(257, 0.0)
+    stops = min(q.get(258, 0.0), q.get(259, 0.0), broken) < 0.0 or 0.0 < broken * _MOST_PECKS < -q[201]
     if stops or q[201] >= 0.0 or q[200] < 0.0 or q.get(212, 0.0) < 0.0 or q.get(208, 0.0) < 0.0 or endless:
         raise ToolpathError(
             f"cycle {number} with a depth or bite that makes no hole",
-            hint="check Q200, Q201, Q202, Q205, Q208, Q212, Q258 and Q259",
+            hint="check Q200, Q201, Q202, Q205, Q208, Q212, Q257, Q258 and Q259",
         )
 
 
@@ -301,13 +301,21 @@ def _next_bite(q: Mapping[int, float], bite: float) -> float:
 
 
 def _universal(q: Mapping[int, float], line: int) -> Iterator[Block]:
-    """Cycle 205: out in rapid behind each bite, and back to Q258 above the first, Q259 above the last but one, evenly between."""
+    """Cycle 205: out in rapid behind each bite, and back to Q258 above the first, Q259 above the last but one, evenly between.
+
+    Within a bite the chip is broken every Q257 by drawing back Q256; 0: not at all.
+    """
     top, depth, bite = q[203] + q[200], q[203] + q[201], q[202]
     ends = [q[203] - bite] if 0.0 < bite < -q[201] - _EVEN else [depth]
     while ends[-1] > depth + _EVEN:
         bite = _next_bite(q, bite)
         ends.append(max(depth, ends[-1] - bite))
     for i, end in enumerate(ends):
+        begun = ends[i - 1] if i else q[203]
+        for k in range(1, math.ceil((begun - end - _EVEN) / q[257]) if q[257] else 0):
+            at = begun - k * q[257]
+            yield Block(line, {"Z": at, "F": q[206]}, (10,))
+            yield Block(line, {"Z": min(top, at + (q.get(256) or _BREAK))}, (0,))
         yield Block(line, {"Z": end, "F": q[206]}, (10,))
         if i + 1 < len(ends):
             share = i / max(len(ends) - 2, 1)

@@ -262,8 +262,8 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
     if any(name not in q for name in _KLARTEXT.get(number, (-1,))) or q.get(395) or q.get(343):
         raise UnreadError(f"CYCL DEF {number}, a cycle of Heidenhain's")
     surface, deep, universal = q[203], -q[201], number == "205"
-    if universal and (q[257] or q.get(379)):
-        raise UnreadError("CYCL DEF 205 that breaks chips within a bite, or begins inside the hole")
+    if universal and (q[257] < 0.0 or q.get(379)):
+        raise UnreadError("CYCL DEF 205 that begins inside the hole")
     bite = q[202] if number in ("200", "203", "205") and 0.0 < q[202] < deep - 1e-9 else 0.0
     breaks = q[213] if bite and number == "203" else 0.0
     if breaks % 1.0 or breaks < 0.0:
@@ -278,6 +278,9 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
     back = (q[208] or q[206]) if number in ("201", "203") or (universal and 208 in q) else None
     clear = surface + q[200]
     level = max(clear, surface + q[204])
+    lows = _shorter(surface, bite, surface - deep, {"DAM": less, "MDEP": q[205]}) if less else ()
+    if universal and q[257]:
+        lows, breaks = _broken(surface, lows or _even(surface, bite or deep, surface - deep), q[257])
     if number in ("206", "207"):
         per = None if number == "207" else q[206]
         return Hole(clear, surface - deep, level, surface, per, dwell=q.get(211, 0.0), tap=q.get(239, 0.0))
@@ -289,12 +292,33 @@ def klartext_hole(number: str, q: Mapping[int, float]) -> Hole:
         q[206],
         None if back is None or back >= _FMAX else back,
         q.get(211, 0.0),
-        bite if not less else 0.0,
-        bites=_shorter(surface, bite, surface - deep, {"DAM": less, "MDEP": q[205]}) if less else (),
+        0.0 if lows else bite,
+        bites=lows,
         breaks=int(breaks),
         lift=(q.get(256) or None) if breaks else None,
         swift=universal,
     )
+
+
+def _even(surface: float, bite: float, end: float) -> tuple[float, ...]:
+    """Where bites of one depth end."""
+    return (*np.arange(surface - bite, end + 1e-9, -bite).tolist(), end)
+
+
+def _broken(surface: float, lows: Sequence[float], every: float) -> tuple[tuple[float, ...], int]:
+    """Where the tool stops on its way down if within each bite it breaks the chip behind every `every`, and how often it does in
+    one. Raises UnreadError where it would for ever.
+    """
+    stops, most = list[float](), 0
+    for start, end in zip((surface, *lows), lows, strict=False):
+        if (start - end) / every > _MOST_BITES:
+            raise UnreadError("CYCL DEF 205 that breaks its chips for ever")
+        within = [
+            low for low in (start - every * k for k in range(1, int((start - end) / every) + 1)) if low > end + 1e-9
+        ]
+        stops += [*within, end]
+        most = max(most, len(within))
+    return tuple(stops), most
 
 
 def _turns(order: Sequence[int], degrees: Sequence[float]) -> Array:

@@ -62,6 +62,7 @@ class KlartextReader(CycleCalls):
         return LabelRun(rows, self._computed.of)
 
     def _line(self, row: str, line: int) -> None:
+        self._ended = self._ended or row.startswith("END PGM")  # what stands behind it only labels reach
         if given := re.fullmatch(r"(?:FN ?[0-7] ?: ?)?(Q[LR]?\d+) ?= ?(.+)", row):
             self._computed.keep(given[1], formula_of(given[1], given[2], row))
             self._in_force.given(given[1])

@@ -69,7 +69,8 @@ def _joined_signs(row: str) -> str:
 def tool_words(text: str) -> tuple[str | None, str | None, str | None]:
     """Tool (number or name in quotes), speed and feed of what stands behind TOOL CALL. Raises UnreadError for more than these."""
     found = re.fullmatch(
-        rf"(\d+|\"[^\"]*\")?\s*(?:Z)?\s*(?:S\s?({NUMBER}))?\s*(?:F\s?({NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*", text
+        rf"(\d+|\"[^\"]*\")?\s*(?:Z)?\s*(?:S\s?({NUMBER}))?\s*(?:F\s?({NUMBER}))?\s*(?:D[LR]2?[-+]?0*\.?0* ?)*",
+        re.sub(rf"\b(F\s?{NUMBER})\s+(S\s?{NUMBER})", r"\2 \1", text),
     )
     if re.search(r"\bF[UZ]", text):
         raise UnreadError(FEED_BY_TOOL)
