@@ -24,13 +24,18 @@ from camrob.gap.observation.scene import Scene
 from camrob.measurement.log_info import MeasuredFrame
 from camrob.summaries.fitted.diagnosis_fitted import UnexplainedSaid
 
-__all__ = ["SHORTER", "UnexplainedAt", "UnexplainedField", "unexplained_field"]
+__all__ = ["SHORTER", "SIZE_DOUBT", "UnexplainedAt", "UnexplainedField", "unexplained_field"]
 
 Array = NDArray[np.float64]
 
 SHORTER = 0.7
 """By this the lengths over which the field changes are taken shorter away from the logs than among them: how it goes on there
 no log tells, and a long length makes it go on too surely (held to cells of other code in `docs/explanation/prediction.md`).
+"""
+
+SIZE_DOUBT = 0.35
+"""Standard deviation of the logarithm of the field's size far from the logs: they show a few of its hills, beside constants of
+the chain that take a part of them, and its size over all postures is another (held to cells of other code, in the same place).
 """
 
 _POSTURES = 80  # kept at the most
@@ -42,12 +47,14 @@ _DIGITS = 6  # of a number in the file
 
 
 class UnexplainedAt(NamedTuple):
-    """N samples: mean (N, 3) m, in `world` or `base` as the field is; deviation (N,) m in any one direction; by_value: (N, 3, K)
-    m by which the mean is less for a unit more of each fitted value.
+    """N samples: mean (N, 3) m, in `world` or `base` as the field is; known, beyond: (N,) m in any one direction, the standard
+    deviation of what logs near by tell, and of what none tells, whose size is itself in doubt by `SIZE_DOUBT`; by_value:
+    (N, 3, K) m by which the mean is less for a unit more of each fitted value.
     """
 
     mean: Array
-    deviation: Array
+    known: Array
+    beyond: Array
     by_value: Array
 
 
@@ -86,9 +93,8 @@ class UnexplainedField:
         """What is to be expected at the samples of a run, wherever it was measured."""
         asked = normalised(scene, self.axes)
         cross, share = self._shares(asked)
-        return UnexplainedAt(
-            share @ self.mean, np.sqrt(self._variance(cross, share)), np.einsum("nm,mdk->ndk", share, self.by_value)
-        )
+        known, beyond = (np.sqrt(v) for v in self._variances(cross, share))
+        return UnexplainedAt(share @ self.mean, known, beyond, np.einsum("nm,mdk->ndk", share, self.by_value))
 
     def together(self, scene: Scene) -> Array:
         """(N, L) m, the L independent parts of which what is not known at the samples of a run is made, in any one direction:
@@ -96,7 +102,7 @@ class UnexplainedField:
         """
         asked = normalised(scene, self.axes)
         cross, share = self._shares(asked)
-        left = self._variance(cross, share)
+        left = np.add(*self._variances(cross, share))
         parts, enough = np.zeros((len(asked), 0)), _HELD * (self.variance + self.same)
         while len(left) and parts.shape[1] < _PARTS and left.max() > enough:
             k = int(np.argmax(left))
@@ -111,11 +117,11 @@ class UnexplainedField:
         cross = self.kernel(asked, self.postures)
         return cross, cho_solve(cho_factor(self.among), cross.T).T
 
-    def _variance(self, cross: Array, share: Array) -> Array:
-        """(N,) m2 in one direction of what is not known."""
-        left = self.same + self.variance - np.einsum("nm,nm->n", share, cross)
+    def _variances(self, cross: Array, share: Array) -> tuple[Array, Array]:
+        """(N,) m2 each in one direction: of what was measured near by, and of what none of it tells."""
         known = np.einsum("nm,ml,nl->n", share, self.cov, share, optimize=True)
-        return np.asarray(np.maximum(left, 0.0) + np.maximum(known, 0.0))
+        beyond = self.same + self.variance - np.einsum("nm,nm->n", share, cross)
+        return np.maximum(known, 0.0), np.maximum(beyond, 0.0)
 
     def said(self) -> UnexplainedSaid:
         """The part of the JSON object."""

@@ -2,7 +2,7 @@
 
 What is expected of each point is smaller than what will come: an error that nobody can foretell is expected to be 0. The 95 %
 error of a whole part is therefore found on drawn machines, of which each has one value of all that may be wrong, and one smooth
-field of what is unexplained.
+field of what is unexplained, of a size of its own.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from camrob.prediction.band import field_sizes
 
 __all__ = ["DRAWN_POINTS", "LikelySizes", "likely_distances", "likely_sizes"]
 
@@ -43,8 +45,9 @@ def likely_sizes(deviation: Array, normal: Array, own: Array, together: Array, a
         return LikelySizes(np.zeros(3), np.zeros(3))
     rng = np.random.default_rng(_SEED)
     drawn = deviation[:, None] + own @ rng.standard_normal((own.shape[1], _MACHINES))
+    size = field_sizes(rng, _MACHINES)
     for axis in range(3):
-        drawn += normal[:, axis : axis + 1] * (together @ rng.standard_normal((together.shape[1], _MACHINES)))
+        drawn += normal[:, axis : axis + 1] * (together @ (size * rng.standard_normal((together.shape[1], _MACHINES))))
     drawn += apart[:, None] * rng.standard_normal(drawn.shape)
     return _sizes(np.abs(drawn))
 
@@ -61,7 +64,7 @@ def likely_distances(off: Array, way: Array, own: Array, together: Array, apart:
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     square = np.zeros((len(off), _MACHINES))
     values = rng.standard_normal((own.shape[2], _MACHINES))
-    fields = rng.standard_normal((3, together.shape[1], _MACHINES))
+    fields = field_sizes(rng, _MACHINES) * rng.standard_normal((3, together.shape[1], _MACHINES))
     for across in (first, np.cross(way, first)):
         part = np.einsum("pi,pi->p", across, off)[:, None] + np.einsum("pi,pik->pk", across, own) @ values
         part += sum(across[:, [i]] * (together @ fields[i]) for i in range(3))

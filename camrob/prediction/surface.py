@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import CutSurface, Dexels, Moves, deviation
 from camrob.cutting.way import Way
+from camrob.prediction.band import band_within
 from camrob.prediction.likely import DRAWN_POINTS, LikelySizes, likely_sizes
 from camrob.prediction.true_path import TruePath
 from camrob.progress import Share, part_of
@@ -28,7 +29,6 @@ _FARTHEST = 2e-3  # m: what a ray meets farther off is another wall, where the c
 # of the distance that causes make to first order, and besides: by so much the cutter's curvature may change it (2 % were found at
 # errors of a fifth of the cutter's radius, and errors here are no larger than it); another wall is farther off
 _CURVED, _CURVED_ANYWAY = 0.5, 5e-5  # m
-_NORMAL = 1.959963984540054  # standard deviations that hold 95 % of a normal distribution, either way
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,8 @@ def _reckoned(
         shares[some] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
         variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1)
         variance += _between(path.rest, row, at) ** 2
-        band[some] = _NORMAL * np.sqrt(variance)
+        unsized = np.zeros(len(row)) if path.unsized is None else _between(path.unsized, row, at)
+        band[some] = band_within(variance, unsized**2)
     return shares, band
 
 

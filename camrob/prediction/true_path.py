@@ -52,10 +52,11 @@ class TruePath:
     causes: what lies between the two. spread: (N, 6, K) twists of a standard deviation in K independent directions, each of
     which is one thing that may be wrong along the whole path: a value as fitted, a description, the force; rest: (N,) m, the
     standard deviation in any one direction of what no cause explains, beside what is expected of it (`UNEXPLAINED` among the
-    causes); together: (N, L) m, L independent parts of it that go along the whole path, in any one direction, None where that
-    was not asked for. not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes that give way
-    under the cutting force, as far as anybody knows; granted: those taken to, as such axes do beside these, or as is ordinary for
-    the arm where nobody knows of any.
+    causes); unsized: (N,) m, the part of it whose size is itself in doubt by `SIZE_DOUBT`, None for nothing; together: (N, L) m,
+    L independent parts of it that go along the whole path, in any one direction, None where that was not asked for.
+    not_reckoned: what was found and moves the tool by what this run doesn't tell. yields: axes that give way under the cutting
+    force, as far as anybody knows; granted: those taken to, as such axes do beside these, or as is ordinary for the arm where
+    nobody knows of any.
     """
 
     t: Array
@@ -68,6 +69,7 @@ class TruePath:
     not_reckoned: tuple[str, ...]
     yields: tuple[str, ...] = ()
     granted: tuple[str, ...] = ()
+    unsized: Array | None = None
     together: Array | None = None
 
 
@@ -146,6 +148,7 @@ def joined_paths(paths: Sequence[TruePath]) -> TruePath:
     if len(paths) == 1:
         return paths[0]
     drawn = [p.together for p in paths if p.together is not None]
+    unsized = [p.unsized for p in paths if p.unsized is not None]
     return replace(
         paths[0],
         t=np.concatenate([p.t for p in paths]),
@@ -158,6 +161,7 @@ def joined_paths(paths: Sequence[TruePath]) -> TruePath:
         spread=_below([p.spread for p in paths]),  # a side that is not known yet is one thing more on some of them
         rest=np.concatenate([p.rest for p in paths]),
         not_reckoned=tuple(dict.fromkeys(name for p in paths for name in p.not_reckoned)),
+        unsized=np.concatenate(unsized) if unsized else None,
         together=_below(drawn) if drawn else None,
     )
 
@@ -184,7 +188,8 @@ def _with_unexplained(path: TruePath, scene: Scene, found: FittedUnits, root: Ar
         true=_moved(path.true, twist),
         causes=(*path.causes, Cause(UNEXPLAINED, twist)),
         spread=spread,
-        rest=np.hypot(path.rest, got.deviation),
+        rest=np.sqrt(path.rest**2 + got.known**2 + got.beyond**2),
+        unsized=got.beyond,
         together=found.unexplained.together(scene) if drawn else None,
     )
 

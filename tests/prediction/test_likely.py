@@ -6,11 +6,32 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from camrob.gap.unexplained import SIZE_DOUBT
+from camrob.prediction.band import band_within
 from camrob.prediction.likely import likely_distances, likely_sizes
 
 UP = np.tile([0.0, 0.0, 1.0], (5000, 1))
 NONE, NOTHING = np.zeros((5000, 0)), np.zeros(5000)
 MANY = {"rel": 0.12}  # 400 machines know a percentile of theirs no better
+
+
+def of_a_field(p: np.ndarray) -> np.ndarray:
+    """What a normal variable whose size is lognormal stays below, by its distribution summed over sizes."""
+    x, size = np.linspace(0.0, 9.0, 9001), np.exp(SIZE_DOUBT * norm.ppf((np.arange(400) + 0.5) / 400))
+    return np.interp(p, norm.cdf(x[:, None] / size).mean(axis=1), x)
+
+
+@pytest.mark.parametrize(("share", "wide"), [(0.0, norm.ppf(0.975)), (1.0, of_a_field(np.array([0.975]))[0])])
+def test_a_size_in_doubt_widens_the_band(share: float, wide: float) -> None:
+    variance = np.array([4e-10, 0.0])
+    assert band_within(variance, share * variance) == pytest.approx([2e-5 * wide, 0.0], rel=2e-3)
+
+
+def test_a_band_of_two_parts_holds_what_it_says() -> None:
+    """Half of the variance of a sure size, half of one that is drawn."""
+    rng = np.random.default_rng(3)
+    drawn = rng.normal(size=200_000) + np.exp(SIZE_DOUBT * rng.normal(size=200_000)) * rng.normal(size=200_000)
+    assert np.mean(np.abs(drawn) < band_within(np.full(1, 2.0), np.ones(1))) == pytest.approx(0.95, abs=2e-3)
 
 
 def test_without_doubt_it_is_what_is_expected() -> None:
@@ -25,7 +46,7 @@ def test_one_thing_that_moves_all_of_the_part_is_another_on_each_machine(field: 
     """|z| of a standard normal z: its median is 0.674, and 97.5 % lie below 2.24."""
     load = np.full((5000, 1), 2e-5)
     got = likely_sizes(NOTHING, UP, NONE if field else load, load if field else NONE, NOTHING)
-    low, middle, high = 2e-5 * norm.ppf(0.5 + 0.5 * np.array([0.025, 0.5, 0.975]))
+    low, middle, high = 2e-5 * (of_a_field if field else norm.ppf)(0.5 + 0.5 * np.array([0.025, 0.5, 0.975]))
     assert got.p95 == pytest.approx(got.rms)
     assert got.p95[1:] == pytest.approx([middle, high], **MANY) and got.p95[0] == pytest.approx(low, abs=1e-6)
 
@@ -48,7 +69,7 @@ def test_a_field_acts_along_the_normal_alone() -> None:
     """A wall and a floor that one smooth field moves: two directions, independent of each other."""
     normals = np.concatenate([UP[:2500], np.tile([1.0, 0.0, 0.0], (2500, 1))])
     got = likely_sizes(NOTHING, normals, NONE, np.full((5000, 1), 1e-5), NOTHING)
-    rms = 1e-5 * np.sqrt(np.log(2.0))  # median of a chi-square of two degrees is 2 ln 2
+    rms = 1e-5 * np.sqrt(np.log(2.0))  # median of a chi-square of two degrees is 2 ln 2; a size's median is 1
     assert got.rms[1] == pytest.approx(rms, **MANY)
 
 

@@ -16,7 +16,7 @@ from camrob.gap.effects.robot_size import COMPLIANCE_RATIO
 from camrob.gap.evidence.discrepancy import LENGTHS, unit_of
 from camrob.gap.fitted_units import FittedUnits
 from camrob.gap.observation.scene import axis_values
-from camrob.gap.unexplained import SHORTER, UnexplainedField
+from camrob.gap.unexplained import SHORTER, SIZE_DOUBT, UnexplainedField
 from camrob.jobs.files.diagnosed import diagnosed
 from camrob.jobs.solving.chain_constants import ChainConstants, chain_constants
 from camrob.jobs.solving.sought import Sought
@@ -106,6 +106,7 @@ def unexplained_rest(cell: Cell, found: FittedUnits, by_root: Array) -> Unexplai
     if field is None:
         return None
     last, scale = cell.arm_slice.stop, unit_of(cell, field.axes)
+    larger = float(np.exp(2.0 * SIZE_DOUBT**2))  # the mean square of sizes in doubt, far from what was measured
     values, per = np.zeros((len(field.postures), len(cell.axis_names))), np.zeros(len(cell))
     turns = np.zeros(len(cell), np.bool_)
     for k, axis in enumerate(field.axes):
@@ -116,11 +117,11 @@ def unexplained_rest(cell: Cell, found: FittedUnits, by_root: Array) -> Unexplai
         per=per[:last],
         turns=turns[:last],
         length=SHORTER * LENGTHS[-1],
-        variance=field.variance,
-        same=field.same,
+        variance=larger * field.variance,
+        same=larger * field.same,
         values=field.mean,
         cov=field.cov,
-        own=field.among,
+        own=larger * field.among,
         by_root=by_root.reshape(len(field.postures), 3, by_root.shape[1]),
         in_base=field.in_base,
     )
