@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
-from camrob.cell.read_cell import frame_of, read_cell
+from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
 from camrob.errors import CamrobError, InputError, JobError, ProgramError, SetupError, VerificationError
 from camrob.jobs.compensate import compensate
@@ -25,6 +25,7 @@ from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.languages.read_program import read_program
 from camrob.program.motion import Motion
+from camrob.se3 import frame_from_mm_deg
 
 PART = """%
 G21 G90 G17
@@ -108,7 +109,7 @@ def test_another_library_finds_each_tools_tip_at_the_points(made: PostResult) ->
     for k, frame in enumerate((TOOL_FRAMES[0], TOOL_FRAMES[1], TOOL_FRAMES[0])):
         own = path.of_toolpath & (path.stretch == k)
         assert own.sum() >= 4
-        poses = pinocchio_poses(cell.with_tool(frame_of(np.array(frame))), q[own])
+        poses = pinocchio_poses(cell.with_tool(frame_from_mm_deg(np.array(frame))), q[own])
         np.testing.assert_allclose(poses[:, :3, 3], path.base_T_tip[own, :3, 3], atol=1e-9)
         np.testing.assert_allclose(poses[:, :3, 2], path.base_T_tip[own, :3, 2], atol=1e-9)
 

@@ -14,7 +14,7 @@ from camrob import post
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.cell.read_cell import frame_of, read_cell
+from camrob.cell.read_cell import read_cell
 from camrob.cell.status_turn import StatusTurn
 from camrob.cell.urdf import cell_urdf
 from camrob.dynamics.gravity import gravity_arrays, gravity_torques
@@ -24,6 +24,7 @@ from camrob.kinematics import frames, kernels
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.redundancy.planning.freedoms import plan_space, plan_work, pose_in_foot
+from camrob.se3 import frame_from_mm_deg
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "cells" / "kr15_track_table"
@@ -96,7 +97,7 @@ def textbook(text: str, q: np.ndarray) -> np.ndarray:
     """base_T_tool (4, 4) of one posture, multiplied out of the file's own numbers: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
 
     def frame(key: str) -> np.ndarray:
-        return frame_of(np.array(json.loads(re.search(rf"(?m)^{key} = (\[.*?\])", text)[1]), float))
+        return frame_from_mm_deg(np.array(json.loads(re.search(rf"(?m)^{key} = (\[.*?\])", text)[1]), float))
 
     T = frame("base_to_first")
     for name, value in zip((*REAL, "roll"), q, strict=True):
