@@ -44,7 +44,7 @@ class NextRun:
 
 def next_run(model: Model, verdict: Verdict, library: Sequence[Effect]) -> NextRun:
     """What to run next after a verdict on a model."""
-    stays, likely = verdict.unknown, verdict.unknown.probability >= 0.5
+    stays, likely = verdict.unknown, verdict.unknown.likely
     by_force = stays.where.regimes[:1] == (FORCE,)  # no run of an axis by itself has a cutting force in it
     axes = () if by_force else suspects(model, stays)
     for_unknown = ""
@@ -102,7 +102,7 @@ def _planned(
         model,
         verdict.claimed,
         axes,
-        unknown=stays.probability >= 0.5,
+        unknown=stays.likely,
         by_time=stays.where.regimes[:1] == ("time",),
         returning=mm_to_m(stays.rms_mm) if stays.where.comes_back else 0.0,
         looks=looks_like(stays),

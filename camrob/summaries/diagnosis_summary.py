@@ -9,9 +9,11 @@ from math import sqrt
 from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, StageWithin, Standard
 from camrob.summaries.fitted.diagnosis_fitted import FittedModel
+from camrob.summaries.fitted.instrument_figures import InstrumentSuspect
 
 __all__ = [
     "CLEAR_SIGMAS",
+    "LIKELY",
     "Alternative",
     "Compensable",
     "ConsideredMotion",
@@ -22,9 +24,6 @@ __all__ = [
     "ExperimentWritten",
     "FittedValue",
     "GapFigures",
-    "GrossRow",
-    "GrossRows",
-    "InstrumentSuspect",
     "Latency",
     "RegimeLeft",
     "Residual",
@@ -41,6 +40,7 @@ Interval = tuple[float, float]
 
 CLEAR_SIGMAS = 5.0  # a motion that tells less is not worth its time
 _BETTER = 1.5  # times what the same again would tell: then a motion tells something new
+LIKELY = 0.5  # of a name, or of something unknown, from which it is there rather than not
 _SURE = 0.9  # of a name, from which it is acted on, whatever would show nearly the same
 
 
@@ -145,7 +145,7 @@ class EffectFound(OpenSummary):
     @property
     def claimed(self) -> bool:
         """Whether it is claimed, and not only considered."""
-        return self.probability >= 0.5
+        return self.probability >= LIKELY
 
     @property
     def like_others(self) -> bool:
@@ -234,6 +234,11 @@ class Unknown(OpenSummary):
     implausible: Mapping[str, str]
     isolated_by: str = left_out("")
 
+    @property
+    def likely(self) -> bool:
+        """Whether something unknown is at work rather than not."""
+        return self.probability >= LIKELY
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RegimeLeft(OpenSummary):
@@ -313,36 +318,6 @@ class ExperimentFigures(OpenSummary):
     expected_mm: tuple[float, ...] | None = left_out()
     considered: tuple[ConsideredMotion, ...] | None = left_out()
     written: ExperimentWritten | None = left_out()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GrossRow(OpenSummary):
-    """A row, counted from 1, that stands far from all others, and how far."""
-
-    sample: int
-    t_s: float
-    off_mm: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GrossRows(OpenSummary):
-    """How many rows of a log take no part because they are gross, which share of it, and the first of them."""
-
-    log: str
-    rows: int
-    share: float
-    first: tuple[GrossRow, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InstrumentSuspect(OpenSummary):
-    """How likely an error of the instrument is at work, its scale and drift as fitted (None where not), and gross rows."""
-
-    suspect: float
-    scale_ppm: float | None
-    drift_mm: float | None
-    gross: tuple[GrossRows, ...]
-    text: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

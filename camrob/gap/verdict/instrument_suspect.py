@@ -12,7 +12,8 @@ from camrob.gap.evidence.model import Model
 from camrob.gap.observation.few_decimals import rounding_of
 from camrob.gap.observation.noise import local_of
 from camrob.gap.verdict.belief import BELIEF
-from camrob.summaries.diagnosis_summary import EffectFound, GrossRow, GrossRows, InstrumentSuspect
+from camrob.summaries.diagnosis_summary import EffectFound
+from camrob.summaries.fitted.instrument_figures import GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
 
 __all__ = ["instrument_suspect"]

@@ -18,7 +18,6 @@ __all__ = ["axes_read", "place_charts", "rest_charts", "shrink_charts"]
 Chart = dict[str, Any]
 _GREEN = "#2f9e77"
 _PALE = "rgba(125, 135, 148, 0.35)"  # what the verdict doesn't name
-_LIKELY = 0.5
 _MEANT = 0.05  # p-value below which the rest is said to follow a regime
 # px that titles and ticks take; the legend stands below the chart, as above it the tools of a narrow one do
 _MARGIN = {"t": 34, "r": 14, "l": 56, "b": 46}
@@ -69,7 +68,7 @@ def axes_read(summary: DiagnosisSummary) -> dict[str, float]:
 def rest_charts(summary: DiagnosisSummary) -> list[Chart]:
     """What stays once all that is claimed is taken away, by regime, as shares of its own energy; none where that is the gap."""
     unknown = summary.unknown
-    if unknown.probability < _LIKELY or not any(not only_first(e) for e in summary.claimed):
+    if not unknown.likely or not any(not only_first(e) for e in summary.claimed):
         return []
     left = sorted(summary.residual.structure, key=lambda s: s.regime not in unknown.where.regimes)
     if not any(s.share > 0.0 for s in left):
@@ -88,7 +87,7 @@ def _by_cause(summary: DiagnosisSummary) -> list[Chart]:
     if not sizes:
         return []
     shades = [_GREEN] * len(sizes)
-    if summary.unknown.probability >= _LIKELY:
+    if summary.unknown.likely:
         sizes["unexplained"] = summary.unknown.rms_mm
         shades.append(BEFORE)
     known = {name: (size, (size, size)) for name, size in sizes.items()}

@@ -6,12 +6,11 @@ from camrob.report.diagnosis.numbers import measure, share, sure
 from camrob.report.page.html import escape
 from camrob.report.page.parts import section, table
 from camrob.summaries.diagnosis_places import AxisFriction
-from camrob.summaries.diagnosis_summary import DiagnosisSummary
+from camrob.summaries.diagnosis_summary import LIKELY, DiagnosisSummary
 from camrob.text import printable
 
 __all__ = ["friction_first", "friction_section", "friction_texts", "friction_what", "friction_where"]
 
-_LIKELY = 0.5  # of grown friction, from which it is said first
 _MOST = 3  # axes that are named
 _EFFECT = "friction"  # of the library: the same axis's drive falls behind by it
 
@@ -19,7 +18,7 @@ _EFFECT = "friction"  # of the library: the same axis's drive falls behind by it
 def _grown(summary: DiagnosisSummary) -> dict[str, AxisFriction]:
     """Axes whose friction has likely grown, the surest first."""
     found = {a: r.friction for a, r in summary.axes_report.items() if r.friction is not None}
-    likely = {a: f for a, f in found.items() if f.grown >= _LIKELY}
+    likely = {a: f for a, f in found.items() if f.grown >= LIKELY}
     return dict(sorted(likely.items(), key=lambda item: (-item[1].grown, -(item[1].times or 0.0))))
 
 

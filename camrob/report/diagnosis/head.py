@@ -9,12 +9,11 @@ from camrob.report.diagnosis.grown_friction import friction_first, friction_what
 from camrob.report.diagnosis.numbers import beyond_ordinary, fitted, mm, share, sure, to_mm
 from camrob.report.diagnosis.sentences import between, only_first, plain_name
 from camrob.report.diagnosis.to_do import hardly_likelier, in_doubt
-from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
+from camrob.summaries.diagnosis_summary import LIKELY, DiagnosisSummary, EffectFound
 from camrob.text import printable
 
 __all__ = ["head_lines", "too_large"]
 
-_LIKELY = 0.5  # of something unknown, from which it is said
 _RIVAL = 0.1  # of a cause that is not claimed, from which it is named where none is
 _MOST = 3  # causes, axes, quantities that are named
 _SURE = 0.9  # of a name, from which a value that is seldom seen is believed
@@ -68,7 +67,7 @@ def _what(summary: DiagnosisSummary) -> str:
     named = "; ".join(_called(e) for e in inside[:_MOST])
     more = f"; and {len(inside) - _MOST} more" if len(inside) > _MOST else ""
     text = f"{_capital(named)}{more}. {to_mm(t.rms_before_mm, t.rms_after_mm)} rms {_on(summary)}; noise {noise}"
-    if summary.unknown.probability >= _LIKELY:
+    if summary.unknown.likely:
         text += f"; {mm(summary.unknown.rms_mm)} stay that have no known cause"
     return f"{text}.{_doubts(inside, summary)}"
 
@@ -111,15 +110,15 @@ def _nothing_claimed(summary: DiagnosisSummary, first: Sequence[EffectFound]) ->
         size = f"{mm(summary.together.rms_before_mm)} rms {_on(summary)}; noise {mm(summary.gap.noise_mm)}"
         return f"The record of the encoders, and not the machine: the tool is where the set-points say ({size})."
     size = f"the gap is {mm(summary.together.rms_before_mm)} rms {_on(summary)}; noise {mm(summary.gap.noise_mm)}"
-    if first and summary.unknown.probability < _LIKELY:
+    if first and not summary.unknown.likely:
         names = "; ".join(f"{_called(e)}, {to_mm(e.rms_before_mm, e.rms_after_mm)}" for e in first)
         return f"{_capital(names)}, in the program and not in the machine; {size}."
     likely = [e for e in summary.effects if e.probability >= _RIVAL and not only_first(e) and not e.implausible]
     nothing = sum(a.probability for a in summary.alternatives if not a.effects)
-    if not likely or (nothing >= _LIKELY and summary.unknown.probability >= _LIKELY):
+    if not likely or (nothing >= LIKELY and summary.unknown.likely):
         return f"{_NAMELESS}{size}.{_impossible(summary)}"
     names = ", ".join(f"{plain_name(e.effect)} ({sure(e.probability)})" for e in likely[:_MOST])
-    if sum(e.probability for e in likely) < _LIKELY <= summary.unknown.probability:
+    if sum(e.probability for e in likely) < LIKELY and summary.unknown.likely:
         return f"Most likely something that has no name here, else {names}: {size}.{_impossible(summary)}"
     text = f"Not sure; {'the likeliest is' if len(likely) == 1 else 'likeliest are'} {names}: {size}."
     return f"{text}{_doubts(likely[:1], summary)}{_impossible(summary)}"
@@ -193,7 +192,7 @@ def _where(summary: DiagnosisSummary) -> str:
     text += f"; {axes}" if axes else ""
     follows = [r for r in largest.regimes if r in summary.where.regimes][:1] or list(largest.regimes[:1])
     text += f"; follows the {follows[0]}" if follows else ""
-    rest = _unknown_at(summary) if summary.unknown.probability >= _LIKELY else ""
+    rest = _unknown_at(summary) if summary.unknown.likely else ""
     return f"{text}.{f' What stays: {rest}.' if rest else ''}"
 
 
@@ -208,7 +207,7 @@ def _stage(summary: DiagnosisSummary) -> str:
 
 
 def _no_axis(summary: DiagnosisSummary) -> str:
-    return "no axis stands out" if summary.unknown.probability >= _LIKELY else "which axis, these logs don't tell"
+    return "no axis stands out" if summary.unknown.likely else "which axis, these logs don't tell"
 
 
 def _which_axis(entry: EffectFound) -> str:
@@ -233,7 +232,7 @@ def _which_axis(entry: EffectFound) -> str:
 def _unknown_at(summary: DiagnosisSummary) -> str:
     """Where what is unknown sits, in a few words; "" where nothing is known of it."""
     at = summary.unknown.where
-    if summary.unknown.probability < _LIKELY or at.stage is None:
+    if not summary.unknown.likely or at.stage is None:
         return ""
     parts = [between(at.stage, summary)]
     parts.append(_listed(at.axes[:_MOST]) if at.axes else "no axis stands out")
@@ -248,7 +247,7 @@ def _first(summary: DiagnosisSummary) -> str:
         return "Nothing."
     inside, alike = _inside(summary), in_doubt(summary)
     t = summary.together
-    idle = t.rms_after_mm >= _NOTHING * t.rms_before_mm and summary.unknown.probability >= _LIKELY
+    idle = t.rms_after_mm >= _NOTHING * t.rms_before_mm and summary.unknown.likely
     doubtful = [*alike, *(e for e in inside if (idle or hardly_likelier(e)) and e not in alike)]
     program = [e for e in summary.claimed if only_first(e)]
     left = _left_alone(summary, doubtful)

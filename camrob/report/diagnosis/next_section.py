@@ -9,14 +9,13 @@ from camrob.summaries.diagnosis_summary import DiagnosisSummary, worth_running
 
 __all__ = ["next_section", "next_words"]
 
-_LIKELY = 0.5  # of something unknown, from which it is said
 _ENOUGH = 100.0  # sigmas: more of them say no more
 
 
 def next_words(summary: DiagnosisSummary) -> str:
     """What to run next; where there is no gap, only for who wants to know of what is within it."""
     text = summary.next_experiment
-    if summary.status != "no gap" or summary.unknown.probability < _LIKELY:
+    if summary.status != "no gap" or not summary.unknown.likely:
         return text
     within = "tolerance" if "tolerance" in summary.within.values() else "noise"
     return (

@@ -41,7 +41,6 @@ Chart = Mapping[str, Any]
 _INTERVALS = "Lines on the bars: 90 % intervals, by resampling whole stretches of the path."
 _MOST_VALUES, _MOST_SETS = 6, 6  # a line's room; the JSON has all
 _NONE = "none of these"
-_LIKELY = 0.5
 _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
 
 
@@ -163,7 +162,7 @@ def _rest_card(summary: DiagnosisSummary) -> tuple[str, str, str]:
     """How much stays unexplained, and only then how sure it is that something unknown has a part in it."""
     unknown = summary.unknown
     chance = f"{sure(unknown.probability)} sure that a cause that the library lacks has a part in it"
-    if unknown.probability < _LIKELY:
+    if not unknown.likely:
         return "stays unexplained", "nothing that shows", chance
     where = withheld_text(summary).partition(" (")[0]
     if summary.status == "no gap":

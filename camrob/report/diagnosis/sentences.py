@@ -149,7 +149,7 @@ def _stage_within(stage: StageWithin) -> str:
 def unexplained(summary: DiagnosisSummary) -> list[str]:
     """Each shape of what is unexplained, in words; none where nothing is."""
     unknown = summary.unknown
-    if unknown.probability < 0.5:
+    if not unknown.likely:
         return []
     sentences = [f"{_capital(between(s.stage, summary))}: {_shape(s)}{_shape_size(summary)}" for s in unknown.shapes]
     words = unknown.text.replace("stays unexplained", f"stays unexplained {withheld_text(summary)}").split("; ")
@@ -333,7 +333,7 @@ def _best_single(summary: DiagnosisSummary) -> str:
 def _unknown_words(summary: DiagnosisSummary, *, claimed: bool) -> str:
     """The second statement: how much stays that nothing explains, where that is likely, and at which axes."""
     unknown = summary.unknown
-    if unknown.probability < 0.5:
+    if not unknown.likely:
         return ""
     sentences = unexplained(summary)
     at: dict[str, list[str]] = {}

@@ -36,7 +36,7 @@ def to_do(summary: DiagnosisSummary) -> list[tuple[str, str]]:
         steps.append(
             ("nothing yet", "no cause is sure enough for anything to be changed: run the next experiment first")
         )
-    elif summary.unknown.probability >= 0.5:
+    elif summary.unknown.likely:
         text = f"{mm(summary.unknown.rms_mm)} stay that none of this takes away: {_run_for_rest(summary)}"
         steps.append(("what is unexplained", text))
     if any(e.of_machine and not only_first(e) for e in claimed):
