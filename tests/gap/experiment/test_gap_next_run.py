@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from camrob.gap import next_run as asked
+from camrob.summaries.diagnosis_summary import Unknown, UnknownPlace
 
 
 class Run:
@@ -21,8 +22,8 @@ class Run:
 
 def verdict(regimes: tuple[str, ...]) -> Any:
     """Nothing claimed; something unknown that follows `regimes`."""
-    where = SimpleNamespace(regimes=regimes, comes_back="")
-    stays = SimpleNamespace(probability=0.99, where=where, rms_mm=1.0)
+    where = UnknownPlace(stage=None, axes=(), regimes=regimes, comes_back="")
+    stays = Unknown(probability=0.99, rms_mm=1.0, share=1.0, where=where, text="", shapes=(), implausible={})
     none = SimpleNamespace(effects=(), probability=1.0)
     return SimpleNamespace(
         unknown=stays, claimed=(), effects=(), panels=None, status="unexplained", alternatives=(none,)
