@@ -197,3 +197,11 @@ def test_a_base_of_another_mechanism_is_refused(tmp_path: Path, pairs: list[tupl
 )
 def test_a_base_that_fits_is_taken(tmp_path: Path, pairs: list[tuple[str, str]]) -> None:
     cell_for("post", changed(tmp_path, *pairs))
+
+
+@pytest.mark.parametrize("hook", ["spindle_on", "tool_change", "coolant_on", "stop"])
+def test_a_hook_of_comments_alone_does_nothing_and_is_refused(tmp_path: Path, hook: str) -> None:
+    """A tool change that is only named would go on cutting with the tool of before."""
+    with pytest.raises(CellError, match=f"hook {hook} holds comments alone"):
+        cell_for("post", with_hook(tmp_path, hook, "; by hand"))
+    cell_for("post", with_hook(tmp_path, "header", "; by hand"))

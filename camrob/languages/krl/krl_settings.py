@@ -103,6 +103,9 @@ def krl_settings(controller: ControllerSettings) -> KrlSettings:
         raise CellError(f"{min(own)} is not a key that camrob knows here", hint=f"for KRL alone there are {known}")
     check_analog(controller.hooks)
     for name, lines in controller.hooks.items():
+        if lines and name not in ("header", "footer") and all(line.lstrip()[:1] in ("", ";") for line in lines):
+            hint = "write what it switches, calls or waits for, or leave the hook out"
+            raise CellError(f"hook {name} holds comments alone, so that nothing happens there", hint=hint)
         for line in lines:
             check_statement(name, line)
     return settings
