@@ -11,8 +11,8 @@ from camrob.gap.evidence.aliases import covered_by
 from camrob.gap.evidence.model import Model, members_of, seen_rms
 from camrob.gap.evidence.shrink import Shrinkage, Trial, figures, shrinkage
 from camrob.gap.locate.which_axis import NO_AXIS, fitted_values, which_axis
+from camrob.gap.verdict.alike.part_of_cycle import energy_of
 from camrob.gap.verdict.belief import BELIEF
-from camrob.gap.verdict.part_of_cycle import energy_of
 from camrob.gap.verdict.plausible import unusual
 from camrob.summaries.diagnosis_summary import EffectFound
 from camrob.units import m_to_mm

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from camrob.gap.evidence.model import Model, members_of, seen_moves, seen_rms
 from camrob.gap.evidence.unknown import CONSTANT, LINK, basis, followed, is_broad, is_moment, moment_words, parts_of
+from camrob.gap.verdict.alike.companions import only_companions
 from camrob.gap.verdict.belief import BELIEF
-from camrob.gap.verdict.companions import only_companions
 from camrob.summaries.diagnosis_summary import UnknownShape
 from camrob.units import m_to_mm, rad_to_deg
 

@@ -18,6 +18,10 @@ from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, fig
 from camrob.gap.handover import Handover, hand_over
 from camrob.gap.observation.two_encoders import motors_follow
 from camrob.gap.pose_sets import frozen_frames
+from camrob.gap.verdict.alike.own_course import off_course
+from camrob.gap.verdict.alike.part_of_cycle import partly_seen
+from camrob.gap.verdict.alike.simpler_kin import shown_by_simpler
+from camrob.gap.verdict.alike.wider import shown_by_wider
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.at_drives import (
     any_course,
@@ -36,8 +40,6 @@ from camrob.gap.verdict.delivers import held_to_delivery, restored
 from camrob.gap.verdict.effects_found import effects_found
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
 from camrob.gap.verdict.in_company import without_company
-from camrob.gap.verdict.own_course import off_course
-from camrob.gap.verdict.part_of_cycle import partly_seen
 from camrob.gap.verdict.plausible import doubted_unless_clear, held_to_values, implausible, unknown_shapes
 from camrob.gap.verdict.remains import (
     at_drive,
@@ -48,8 +50,6 @@ from camrob.gap.verdict.remains import (
     removed_share,
     residual_regimes,
 )
-from camrob.gap.verdict.simpler_kin import shown_by_simpler
-from camrob.gap.verdict.wider import shown_by_wider
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
 from camrob.units import m_to_mm

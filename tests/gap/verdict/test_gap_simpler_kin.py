@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from camrob.gap.verdict.simpler_kin import shown_by_simpler
+from camrob.gap.verdict.alike.simpler_kin import shown_by_simpler
 
 KINDS = {
     "play": (("direction",), 1),
