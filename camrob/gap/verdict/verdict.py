@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,8 @@ from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.aliases import alias_lists
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.fitting import with_fitting
-from camrob.gap.evidence.model import Model, effect_rms, members_of
-from camrob.gap.evidence.predicted import expected, foretold, stays_where_fitted
+from camrob.gap.evidence.model import Model, effect_rms
+from camrob.gap.evidence.predicted import foretold
 from camrob.gap.evidence.regimes_withheld import regimes_withheld
 from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, figures, shrinkage, trial_of
 from camrob.gap.handover import Handover, hand_over
@@ -34,8 +34,7 @@ from camrob.gap.verdict.at_drives import (
     without_drives_rest,
 )
 from camrob.gap.verdict.belief import BELIEF
-from camrob.gap.verdict.beside_more import SMOOTH, beside_more, gains
-from camrob.gap.verdict.carried_over import carried_over
+from camrob.gap.verdict.beside_more import beside_more
 from camrob.gap.verdict.delivers import held_to_delivery, restored
 from camrob.gap.verdict.effects_found import effects_found
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
@@ -50,6 +49,13 @@ from camrob.gap.verdict.remains import (
     removed_share,
     residual_regimes,
 )
+from camrob.gap.verdict.withdrawn import (
+    held_to_prediction,
+    without_harmful,
+    without_implausible,
+    worse,
+    worse_together,
+)
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
 from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
 from camrob.units import m_to_mm
@@ -58,11 +64,7 @@ __all__ = ["Verdict", "judge_effects"]
 
 Set = frozenset[int]
 
-_TRIES = 3  # times that sets without what is implausible are fitted anew
-_LIKELY = 0.02  # of the sets' probability that must be left for that
 _DOUBTS = 3.0  # standard errors of the prediction that structure on withheld samples must exceed
-_NO_HARM = 0.1  # of the noise's energy, by which withheld samples may be worse where another name shows nearly the same
-_TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
 
 
 @dataclass(frozen=True)
@@ -91,21 +93,21 @@ class Verdict:
 def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_world: bool) -> Verdict:
     """All that is said of effects. in_world: the table's turning doesn't part the instrument's frame from the robot's."""
     blocks = frozen_frames(model, trial_of(model, ())) if trial.named else trial
-    model = _without_harmful(without_idle_shapes(with_fitting(_without_implausible(model), blocks), blocks), blocks)
+    model = without_harmful(without_idle_shapes(with_fitting(without_implausible(model), blocks), blocks), blocks)
     if trial.named:
-        model = _without_harmful(model, trial)
+        model = without_harmful(model, trial)
     reasons = implausible(model)
     probability = {e.name: BELIEF.effect(p, impossible=e.name in reasons) for e, p in _evidence(model, library)}
     probability |= {n: probability[n] * BELIEF.part_seen for n in _likely_at_most(model, library)}
     believed = frozenset(n for n, p in probability.items() if p >= 0.5)
     model = without_company(with_fitting(_holding(model, believed), blocks), blocks, believed)
     drives = at_drives(model, library)
-    worse = _worse(model, trial, sorted(believed), drives)
-    probability |= {n: probability[n] * BELIEF.impossible for n in worse}
-    probability = _held(model, trial, probability, library)
+    contradicted = worse(model, trial, sorted(believed), drives)
+    probability |= {n: probability[n] * BELIEF.impossible for n in contradicted}
+    probability = held_to_prediction(model, trial, probability, library)
     behind = believed <= behind_encoders(model)
-    together_worse = _worse_together(model, without_drives_rest(model, trial) if behind else trial, probability)
-    worse += together_worse
+    together_worse = worse_together(model, without_drives_rest(model, trial) if behind else trial, probability)
+    contradicted += together_worse
     probability |= {n: probability[n] * BELIEF.impossible for n in together_worse}
     members = claims(model, probability)
     together = shrinkage(model, trial, model.best.members, members)
@@ -113,7 +115,7 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
         probability = beside_more(model, trial, together, probability, library)
     trials = (trial, blocks) if trial.named else (trial,)
     held = held_to_delivery(model, trials, probability, drives)
-    probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *worse], drives))
+    probability = doubted_unless_clear(model, restored(model, trials, held, [*reasons, *contradicted], drives))
     against = any_course(model, drives.intersection(n for n, p in probability.items() if p >= 0.5))
     probability |= {n: min(probability[n], BELIEF.unclear) for n in against}
     motors = {e.name for e in library if e.regimes != ("direction",)}
@@ -260,40 +262,6 @@ def _likely_at_most(model: Model, library: Sequence[Effect]) -> set[str]:
     return {*partly_seen(model, library), *off_course(model, library)}
 
 
-def _held(model: Model, trial: Trial, probability: Mapping[str, float], library: Sequence[Effect]) -> dict[str, float]:
-    """Probabilities held to named withheld logs: where far more stays there than the claims and the discrepancy predict, a name
-    has not shown that it is more than a likeness; but for one that moves the tool there by far more than that, and those of the
-    drives, where the logs hold both ends. Beside what stays beyond all that was predicted, of far postures too, a name is likely
-    and no more where it moves the tool by less than ten times as much, whatever the fit leaves open: of play and a drive's
-    friction whose encoder nobody logged, the one leaves of the other no more than that. What follows posture and carries
-    over to far ones is no likeness.
-    """
-    members = claims(model, probability)
-    if not members or not trial.named:
-        return dict(probability)
-    trial = without_drives_rest(model, trial)
-    reached = shrinkage(model, trial, model.best.members, members)
-    # what encoders scatter is in no gap, and still no surprise
-    stays = max(model.noise**2 + model.excess**2, stays_where_fitted(model))
-    near, beyond = (
-        reached.rms_after**2 - expected(model, trial, members, far=far, stays=stays)[1] ** 2 for far in (False, True)
-    )
-    sure = at_drives(model, library)
-    moved = {n: effect_rms(model, trial.panels, n) for n in probability if n not in sure}
-    likely: frozenset[str] = frozenset()
-    doubtful: frozenset[str] = frozenset()
-    if BELIEF.surprised(near, model.noise, model.discrepancy, doubt_of_shrinkage(model, trial, members)):
-        doubtful = frozenset(n for n, rms in moved.items() if rms < BELIEF.far_more * np.sqrt(near))
-    if BELIEF.surprised(beyond, model.noise, model.discrepancy, 0.0):
-        small = frozenset(n for n, rms in moved.items() if 0.0 < rms < BELIEF.farther * np.sqrt(beyond))
-        smooth = {e.name for e in library if SMOOTH.issuperset(e.regimes)}
-        likely = small - carried_over(model, trial, small & smooth)
-    return {
-        n: p * (BELIEF.doubtful if n in doubtful else BELIEF.part_seen if n in likely else 1.0)
-        for n, p in probability.items()
-    }
-
-
 def _something_stays(model: Model, trial: Trial, reasons: Mapping[str, str]) -> tuple[float, float, Shrinkage]:
     """m that hang together on withheld samples beyond the likeliest set of effects, the discrepancy switched off; the probability
     that something unknown is at work beside it; and the gap on withheld samples without and with that set.
@@ -318,68 +286,6 @@ def _holding(model: Model, claimed: frozenset[str]) -> Model:
     effects = {m: model.evidence.effects_of(m) for m in model.scores}
     held = [m for m, names in effects.items() if claimed <= names and not {"unknown"} & names - inside]
     return replace(model, best=model.fit(max(held, key=lambda m: model.scores[m]))) if held else model
-
-
-def _worse(model: Model, trial: Trial, names: Sequence[str], drives: Collection[str]) -> list[str]:
-    """Those effects that, taken away last, surely make withheld samples worse: claims to be withdrawn."""
-    return [name for name, (_, most) in gains(model, trial, names, drives).items() if most < 0.0]
-
-
-def _worse_together(model: Model, trial: Trial, probability: Mapping[str, float]) -> list[str]:
-    """Claims to be withdrawn, those first that help most by it, as long as all claims together surely make withheld samples
-    worse: such as one that another, which is not claimed, cancels.
-    """
-    held = dict(probability)
-    withdrawn: list[str] = []
-    while members := claims(model, held):
-        together = shrinkage(model, trial, model.best.members, members)
-        if together.interval()[1] >= 0.0:
-            break
-        after = {}
-        for name in sorted({model.units[i].effect for i in members}):
-            rest = frozenset(i for i in members if model.units[i].effect != name)
-            after[name] = shrinkage(model, trial, model.best.members, rest).rms_after
-        withdrawn.append(min(after, key=lambda n: after[n]))
-        held[withdrawn[-1]] = 0.0
-    return withdrawn
-
-
-def _without_implausible(model: Model) -> Model:
-    """The model without sets whose best fit has values that no machine has, where a likely enough set does without them."""
-    for _ in range(_TRIES):
-        bad = set(implausible(model))
-        rest = {names: p for names, p in model.sets.items() if not names & bad}
-        total = sum(rest.values())
-        if not bad or total < _LIKELY:
-            return model
-        left = {m: s for m, s in model.scores.items() if not model.evidence.effects_of(m) & bad}
-        best = model.fit(max(left, key=lambda m: left[m]))
-        model = replace(model, best=best, sets={names: p / total for names, p in rest.items()})
-    return model
-
-
-def _without_harmful(model: Model, trial: Trial) -> Model:
-    """The model with effects taken out that make the prediction of withheld samples worse than it is without them."""
-    behind, quiet = behind_encoders(model), without_drives_rest(model, trial)
-    for name in sorted(model.evidence.effects_of(model.best.members) - {"unknown"}):
-        own, on = members_of(model, name), quiet if name in behind else trial
-        rest = model.best.members - own
-        with_it, without = (shrinkage(model, on, m, m) for m in (model.best.members, rest))
-        gains = np.array(
-            [
-                float(np.sum(without.after[without.block == b] ** 2) - np.sum(with_it.after[with_it.block == b] ** 2))
-                for b in np.unique(with_it.block)
-            ]
-        )
-        error = float(gains.std()) * np.sqrt(len(gains))
-        small = _NO_HARM * model.noise**2 * len(without.after)
-        if gains.sum() < -max(error, small, _TOO_SMALL * float(np.sum(without.after**2))):
-            sets: dict[frozenset[str], float] = {}
-            for names, p in model.sets.items():
-                kept = names - {name}
-                sets[kept] = sets.get(kept, 0.0) + p
-            model = replace(model, best=model.fit(rest), sets=sets)
-    return model
 
 
 def _status(within: Mapping[str, str], claimed: Sequence[str], stays: Unknown) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from camrob.gap.verdict import verdict
+from camrob.gap.verdict import withdrawn
 
 NOISE, ROWS = 4e-5, 40
 
@@ -31,15 +31,15 @@ def test_a_name_is_withdrawn_for_what_it_worsens_and_not_for_a_trifle_of_the_noi
     model: Any = SimpleNamespace(
         units=units, evidence=evidence, best=best, noise=NOISE, sets={frozenset({"both"}): 1.0}
     )
-    withdrawn: list[frozenset[int]] = []
-    model.fit = lambda members: withdrawn.append(members) or SimpleNamespace(members=members)
-    monkeypatch.setattr(verdict, "shrinkage", shrinkage)
-    monkeypatch.setattr(verdict, "behind_encoders", lambda model: frozenset())
-    monkeypatch.setattr(verdict, "without_drives_rest", lambda model, trial: trial)
+    fitted: list[frozenset[int]] = []
+    model.fit = lambda members: fitted.append(members) or SimpleNamespace(members=members)
+    monkeypatch.setattr(withdrawn, "shrinkage", shrinkage)
+    monkeypatch.setattr(withdrawn, "behind_encoders", lambda model: frozenset())
+    monkeypatch.setattr(withdrawn, "without_drives_rest", lambda model, trial: trial)
     monkeypatch.setattr(
-        verdict, "members_of", lambda model, name: frozenset(i for i in model.best.members if units[i].effect == name)
+        withdrawn, "members_of", lambda model, name: frozenset(i for i in model.best.members if units[i].effect == name)
     )
-    monkeypatch.setattr(verdict, "replace", lambda model, **new: SimpleNamespace(**(vars(model) | new)))
-    found = verdict._without_harmful(model, SimpleNamespace())
+    monkeypatch.setattr(withdrawn, "replace", lambda model, **new: SimpleNamespace(**(vars(model) | new)))
+    found = withdrawn.without_harmful(model, SimpleNamespace())
     assert (found.best.members == frozenset({0, 1})) == kept
-    assert bool(withdrawn) != kept
+    assert bool(fitted) != kept

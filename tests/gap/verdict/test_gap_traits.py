@@ -18,7 +18,7 @@ from camrob.gap.evidence.shrink import Shrinkage
 from camrob.gap.evidence.unknown import quantities
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.pose_sets import fitted_scenes
-from camrob.gap.verdict import verdict
+from camrob.gap.verdict import verdict, withdrawn
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.within import BEYOND
 from camrob.report.diagnosis.bars import place_charts
@@ -74,10 +74,10 @@ def shrunk(_model, _trial, _all, members) -> Shrinkage:
 
 
 def test_a_claim_whose_share_another_cancels_that_is_not_claimed_is_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(verdict, "shrinkage", shrunk)
-    assert verdict._worse_together(Held, None, {"one": 0.9, "other": 0.9}) == []
-    assert verdict._worse_together(Held, None, {"one": 0.9, "other": 0.2}) == ["one"]
-    assert verdict._worse_together(Held, None, {"one": 0.2, "other": 0.9}) == []
+    monkeypatch.setattr(withdrawn, "shrinkage", shrunk)
+    assert withdrawn.worse_together(Held, None, {"one": 0.9, "other": 0.9}) == []
+    assert withdrawn.worse_together(Held, None, {"one": 0.9, "other": 0.2}) == ["one"]
+    assert withdrawn.worse_together(Held, None, {"one": 0.2, "other": 0.9}) == []
 
 
 def test_what_the_user_lives_with_is_no_gap_beside_an_unknown_too() -> None:
