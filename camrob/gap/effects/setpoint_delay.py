@@ -111,6 +111,7 @@ EFFECT = Effect(
         "where all axes are late alike nothing is broken: lower the feed where it counts; else have the bus cycle, the filters "
         "and the interpolation of these axes set like those of the others"
     ),
+    odd_axis="have bus cycle, interpolation and filters of {axis} set like those of the other axes, then its gains",
     units=_units,
     columns=_columns,
     begin=_begin,

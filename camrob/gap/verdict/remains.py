@@ -31,6 +31,7 @@ __all__ = [
     "claims",
     "left_everywhere",
     "left_panels",
+    "of_changing",
     "remains",
     "removed_share",
     "residual_regimes",
@@ -227,6 +228,23 @@ def _at_unsure(where: UnknownPlace, text: str, claim: EffectFound) -> tuple[Unkn
     of = f" of {' and '.join(axes)}" if axes else ""
     text += f"; {claim.effect.replace('_', ' ')}{of}, which is not sure, is likely to be a part of it"
     return replace(where, axes=tuple(axes), regimes=tuple(claim.regimes)), text
+
+
+def of_changing(stays: Unknown, claims: Sequence[EffectFound], changing: Mapping[str, str]) -> Unknown:
+    """What stays where most of it is a claim's own pattern once more, that changes with the time or an axis (`changing`, by
+    name): it sits at that axis, or follows the time.
+    """
+    own = [e for e in claims if e.claimed and e.effect in changing]
+    if not own:
+        return stays
+    largest = max(own, key=lambda e: e.moves_mm)
+    by = changing[largest.effect]
+    where = (
+        replace(stays.where, regimes=(TIME,)) if by == TIME else replace(stays.where, axes=(by,), regimes=("position",))
+    )
+    what = "the time" if by == TIME else f"the position of {by}"
+    words = f"most of it is {largest.effect.replace('_', ' ')} once more, which is not constant and changes with {what}"
+    return replace(stays, where=replace(where, comes_back=""), text="; ".join(filter(None, (stays.text, words))))
 
 
 def _taken_by_shapes(model: Model, panels: Sequence[Panel]) -> float:

@@ -20,7 +20,9 @@ from camrob.gap.observation.two_encoders import motors_follow
 from camrob.gap.pose_sets import frozen_frames
 from camrob.gap.verdict.alike.own_course import off_course
 from camrob.gap.verdict.alike.part_of_cycle import partly_seen
+from camrob.gap.verdict.alike.partners import no_surer_than_partners
 from camrob.gap.verdict.alike.simpler_kin import shown_by_simpler
+from camrob.gap.verdict.alike.unsteady import unsteady
 from camrob.gap.verdict.alike.wider import shown_by_wider
 from camrob.gap.verdict.alternatives import alternatives
 from camrob.gap.verdict.at_drives import (
@@ -45,12 +47,14 @@ from camrob.gap.verdict.remains import (
     beyond_noise,
     claims,
     left_everywhere,
+    of_changing,
     remains,
     removed_share,
     residual_regimes,
 )
 from camrob.gap.verdict.withdrawn import (
     held_to_prediction,
+    take_nothing,
     without_harmful,
     without_implausible,
     worse,
@@ -122,24 +126,20 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     not_drives = behind_motors(model, drives & motors, motors_follow(model.scenes))
     wrong = not_drives | misread(model, trial, together, drives)
     probability |= {n: probability[n] * BELIEF.impossible for n in wrong if n in probability}
+    nothing = take_nothing(model, trial, probability, drives)
+    probability |= {n: probability[n] * BELIEF.impossible for n in nothing}
     named = [n for n, p in probability.items() if p >= 0.5]
     if claims(model, probability) != members:
         # what was believed and is no more may have cancelled a part of what is
         model = without_company(model, blocks, frozenset(named))
         members = claims(model, probability)
         together = shrinkage(model, trial, model.best.members, members)
-    alike = shown_by_simpler(model, library, named)
-    instead = not_told_apart(model, library, named)
-    for effect in library:
-        if effect.name in named and (others := [*effect.likewise(model.scenes), *instead.get(effect.name, ())]):
-            alike[effect.name] = [*alike.get(effect.name, ()), *others]
-    wider = {
-        n: [*more, *alike.get(n, ())]
-        for n, more in {**dict.fromkeys(alike, ()), **shown_by_wider(model, library, named)}.items()
-    }
+    wider = _classes(model, library, named)
     probability |= {n: min(probability[n], BELIEF.likely) for n in wider}
-    probability = held_to_values(model, probability)
-    return _said(model, trial, library, members, together, probability, reasons, wider, in_world=in_world)
+    changing = unsteady(model, library, named, drives)
+    probability |= {n: min(probability[n], BELIEF.takes_else) for n in changing}
+    probability = no_surer_than_partners(model, held_to_values(model, probability))
+    return _said(model, trial, library, members, together, probability, reasons, wider, changing, in_world=in_world)
 
 
 def _said(
@@ -151,6 +151,7 @@ def _said(
     probability: Mapping[str, float],
     reasons: Mapping[str, str],
     wider: Mapping[str, Sequence[str]],
+    changing: Mapping[str, str],
     *,
     in_world: bool,
 ) -> Verdict:
@@ -177,15 +178,16 @@ def _said(
         drive, words = drives_beyond(model.scenes, model.noise)
     if drive:
         stays = at_drive(stays, model, left, drive, words)
+    elif unknown >= 0.5:
+        stays = of_changing(stays, entries, changing)
     handed = hand_over(model, trial, claimed, members)
-    status = _status(within, claimed, stays)
     return Verdict(
         model=model,
         claimed=claimed,
         members=members,
         shrunk=together,
         handed=handed,
-        status=status,
+        status=_status(within, claimed, stays),
         stages=stages,
         effects=entries,
         together=_together(model, trial, members, together, handed),
@@ -201,6 +203,17 @@ def _said(
         ),
         panels=tuple(left),
     )
+
+
+def _classes(model: Model, library: Sequence[Effect], named: Sequence[str]) -> dict[str, list[str]]:
+    """Claimed effects, and those that these logs can't tell from each: a wider one first."""
+    alike = shown_by_simpler(model, library, named)
+    instead = not_told_apart(model, library, named)
+    for effect in library:
+        if effect.name in named and (others := [*effect.likewise(model.scenes), *instead.get(effect.name, ())]):
+            alike[effect.name] = [*alike.get(effect.name, ()), *others]
+    wider = {**dict.fromkeys(alike, ()), **shown_by_wider(model, library, named)}
+    return {n: [*more, *alike.get(n, ())] for n, more in wider.items()}
 
 
 def _beside_claims(

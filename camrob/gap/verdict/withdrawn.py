@@ -18,7 +18,7 @@ from camrob.gap.verdict.carried_over import carried_over
 from camrob.gap.verdict.plausible import implausible
 from camrob.gap.verdict.remains import claims
 
-__all__ = ["held_to_prediction", "without_harmful", "without_implausible", "worse", "worse_together"]
+__all__ = ["held_to_prediction", "take_nothing", "without_harmful", "without_implausible", "worse", "worse_together"]
 
 _TRIES = 3  # times that sets without what is implausible are fitted anew
 _LIKELY = 0.02  # of the sets' probability that must be left for that
@@ -120,5 +120,27 @@ def worse_together(model: Model, trial: Trial, probability: Mapping[str, float])
             rest = frozenset(i for i in members if model.units[i].effect != name)
             after[name] = shrinkage(model, trial, model.best.members, rest).rms_after
         withdrawn.append(min(after, key=lambda n: after[n]))
+        held[withdrawn[-1]] = 0.0
+    return withdrawn
+
+
+def take_nothing(model: Model, trial: Trial, probability: Mapping[str, float], drives: Collection[str]) -> list[str]:
+    """Claims to be withdrawn, those first of which least is missed, as long as all claims together take nothing from withheld
+    samples: whatever they move, and however far their values stand out, it is seen nowhere but where they were fitted, or only
+    beside names that are not claimed. drives: names that are judged between the ends of the drives, as long as all are.
+    """
+    held = dict(probability)
+    withdrawn: list[str] = []
+    while members := claims(model, held):
+        names = sorted({model.units[i].effect for i in members})
+        there = set(names) <= set(drives)
+        together = shrinkage(model, trial, model.best.members, members, at_drives=there)
+        if together.rms_after < together.rms_before:
+            break
+        after = {
+            n: shrinkage(model, trial, model.best.members, members - members_of(model, n), at_drives=there).rms_after
+            for n in names
+        }
+        withdrawn.append(min(names, key=lambda n: after[n]))
         held[withdrawn[-1]] = 0.0
     return withdrawn
