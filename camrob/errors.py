@@ -105,8 +105,8 @@ class LogError(InputError):
 class JobError(CamrobError):
     """The job can't be done safely.
 
-    Attributes: `what`, `line` (CL or program line, 0 if none), `region` (name or ""), `axis` ("" if none),
-    `value` and `limit` in `unit` (None where they have no meaning), `reasons` (a tally: text to count).
+    Attributes: `what`, `line` (of the CL file, or `of_program` of the robot's program; 0 if none), `region` (name or ""),
+    `axis` ("" if none), `value` and `limit` in `unit` (None where they have no meaning), `reasons` (a tally: text to count).
     """
 
     def __init__(
@@ -120,9 +120,11 @@ class JobError(CamrobError):
         limit: float | None = None,
         unit: str = "",
         reasons: dict[str, int] | None = None,
+        of_program: bool = False,
     ) -> None:
         self.what = one_line(what, _WHAT)
         self.line = line
+        self.of_program = of_program
         self.region = one_line(region, _NAME)
         self.axis = axis
         self.value = value
@@ -142,12 +144,13 @@ class JobError(CamrobError):
             limit=self.limit,
             unit=self.unit,
             reasons=self.reasons,
+            of_program=self.of_program,
         )
 
     def __str__(self) -> str:
         parts = [self.what]
         if self.line:
-            parts.append(f"line {self.line}")
+            parts.append(f"{'program' if self.of_program else 'CL'} line {self.line}")
         if self.region:
             parts.append(f"region {self.region}")
         if self.axis:

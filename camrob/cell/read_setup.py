@@ -98,6 +98,7 @@ def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None)
         stock=_body(table, "stock"),
         clampings=clampings,
         clamping="" if held is None else held.name,
+        unplaced=part_in_base is None,
     )
     table.finish()
     return setup

@@ -30,7 +30,7 @@ from camrob.cli.options import (
     Units,
 )
 from camrob.cli.real import calibrate, close_loop, compensate, diagnose, predict, simulate, tracker
-from camrob.cli.slips import slip_of
+from camrob.cli.slips import plainly, slip_of
 from camrob.cli.start import cell_app, samples
 from camrob.cli.study import has_become, study
 from camrob.cli.tuning import tune_engines
@@ -342,10 +342,9 @@ def build_app() -> typer.Typer:
     ) -> None:
         """CAM toolpaths into verified programs for redundant robot machining cells."""
 
-    for verb in VERBS:
-        app.command(verb.__name__.replace("_", "-"))(verb)
-    app.command("study")(study)
-    app.command("samples")(samples)
+    for verb in (*VERBS, study, samples):
+        said = (verb.__doc__ or "").partition("\n")[0]  # whole: the list of commands cuts it off otherwise
+        app.command(verb.__name__.replace("_", "-"), short_help=said)(verb)
     app.add_typer(cell_app(), name="cell")
     return app
 
@@ -364,7 +363,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except usage_error as error:  # type: ignore[misc]
         context = getattr(error, "ctx", None)
         where = context.command_path if context is not None else "camrob"
-        what = " ".join(error.format_message().split()).rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
+        what = plainly(error.format_message())  # type: ignore[attr-defined]
         typer.echo(f"{where}: {what}; see '{where} --help'", err=True)
         return 2
     except CamrobError as error:  # an option's value, before there is a job

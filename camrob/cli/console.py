@@ -226,7 +226,9 @@ def _refuse_missing(inputs: tuple[Any, ...], options: Mapping[str, Any]) -> None
     for given in (*inputs, *(options.get(name) for name in ("setup", "against", "log"))):
         for path in given if isinstance(given, list | tuple) else (given,):
             if isinstance(path, Path) and not path.exists():
-                raise InputError("can't be read: no such file or directory", hint="check the path", path=path)
+                windows = "\\" in str(path) and os.sep == "/"
+                hint = "write its folders with /, as this system does" if windows else "check the path"
+                raise InputError("can't be read: no such file or directory", hint=hint, path=path)
 
 
 def renderer(module: str, name: str) -> Callable[[Any], Any]:

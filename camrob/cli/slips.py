@@ -3,12 +3,34 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-__all__ = ["slip_of"]
+__all__ = ["plainly", "slip_of"]
 
 _DASHES = ("\u2012", "\u2013", "\u2014", "\u2015", "\u2212")  # as a text processor makes them of --
+
+
+# what the parser of values says, and how a person says it
+_PLAIN = (
+    (
+        r"Input should be a valid (?:number|integer), unable to parse string as an? (?:number|integer)",
+        "is not a number",
+    ),
+    (r"Input should be a valid integer.*", "is not a whole number"),
+    (r"Input should be greater than or equal to (\S+)", r"give \1 or more"),
+    (r"Input should be less than or equal to (\S+)", r"give \1 or less"),
+    (r"Value error, ", ""),
+)
+
+
+def plainly(message: str) -> str:
+    """A parser's message in one line, in words that a person would use."""
+    said = " ".join(message.split()).rstrip(".")
+    for theirs, ours in _PLAIN:
+        said = re.sub(theirs, ours, said)
+    return said
 
 
 def slip_of(arguments: Sequence[str], command: Any) -> str:

@@ -77,7 +77,7 @@ class Replay:
     def demand_followed(self) -> None:
         """Raise UnreachableError where the replay could not follow the program."""
         if (finding := first_error(self.findings)) is not None:
-            raise UnreachableError(finding.text, line=finding.line)
+            raise UnreachableError(finding.text, line=finding.line, of_program=True)
 
     def one_tool(self, program: ProgramText) -> Cell:
         """The cell with the program's only tool. Raises ProgramError where it sets several."""

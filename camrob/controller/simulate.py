@@ -252,7 +252,7 @@ class _Run:
             line = int(self.program.line[self.layout.row[pieces.motion[k] + 1]])
             what = "the tool leaves the arm's reach" if code == OUT_OF_REACH else "the arm would have to flip"
             where = " in the rounding of the corner behind this motion" if pieces.blend[k] > 0.0 else " on this motion"
-            raise UnreachableError(f"{what}{where}; move the target, or the part", line=line)
+            raise UnreachableError(f"{what}{where}; move the target, or the part", line=line, of_program=True)
         return q, p
 
     def _speeds(self) -> tuple[Array, Array, NDArray[np.int64]]:
@@ -335,7 +335,9 @@ class _Run:
         if done < len(t):
             line = int(self.program.line[self.layout.row[end[done]]])
             raise UnreachableError(
-                "the tool leaves the arm's reach on this motion; move the target, or the part", line=line
+                "the tool leaves the arm's reach on this motion; move the target, or the part",
+                line=line,
+                of_program=True,
             )
         turning = (motions.kind[m] == PTP) | (not self.layout.in_world)
         if self.carrier is not None:

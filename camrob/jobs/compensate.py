@@ -269,6 +269,7 @@ def _checked(chains: ToolChains, targets: Array, replayed: Replay, again: Progra
         raise VerificationError(
             f"the compensated program can't be followed: {what}; compensate less (fewer constants), or move the part",
             line=stopped.line if stopped else 0,
+            of_program=True,
         )
     return difference_sizes(pose_difference(targets, chains.poses(np.asarray(replayed.q))))
 
@@ -281,4 +282,5 @@ def _no_new_fault(before: Judgement, after: Judgement) -> None:
             raise VerificationError(
                 f"compensation would bring a new fault: {finding.text}; compensate less (fewer constants), or move the part",
                 line=finding.line,
+                of_program=True,
             )

@@ -17,6 +17,7 @@ from camrob.jobs.experiment import check_experiment_name, write_experiment
 from camrob.jobs.files.output import check_file_name, check_folder, staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
+from camrob.jobs.release.beside import player_beside
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.read_log import read_log
@@ -90,6 +91,7 @@ def diagnose(
     kept_out = [read_log(path) for path in withheld]
     _given_once(logs, kept_out)
     programs = [_program(one, program, machine) for one in logs]
+    players = {one.path.name: player_beside(_ran(one, program), out) for one in logs if one.path is not None}
     withheld_programs = [_program(one, program, machine) for one in kept_out]
     _check_sections(machine, [*programs, *withheld_programs], experiment)
     found = run_diagnosis(
@@ -119,7 +121,7 @@ def diagnose(
             refused = error
     with staged_output(out) as staging:
         write_summary(staging / "diagnosis.json", summary)
-        (staging / "diagnosis.html").write_text(diagnosis_report(summary, found.paths), encoding="utf-8")
+        (staging / "diagnosis.html").write_text(diagnosis_report(summary, found.paths, players), encoding="utf-8")
     if refused is not None:
         raise refused
     return DiagnoseResult(found, summary)
@@ -159,9 +161,15 @@ def _check_sections(machine: Cell, programs: Sequence[ProgramText | None], exper
 
 
 def _program(log: MeasurementLog, given: Path | None, machine: Cell) -> ProgramText | None:
+    """The text of a log's program, where there is one."""
+    file = _ran(log, given)
+    return None if file is None else language_of_file(file).read(file, machine.controller_section)
+
+
+def _ran(log: MeasurementLog, given: Path | None) -> Path | None:
     """The program of a log: the one given, or the one that its LOG.toml names, where it lies beside it."""
     if given is not None:
-        return language_of_file(given).read(given, machine.controller_section)
+        return given
     if not log.info.program or log.path is None:
         return None
     try:
@@ -170,4 +178,4 @@ def _program(log: MeasurementLog, given: Path | None, machine: Cell) -> ProgramT
         return None
     beside = log.path.parent / name
     within = beside.is_file() and beside.resolve().parent == log.path.parent.resolve()
-    return language_of_file(beside).read(beside, machine.controller_section) if within else None
+    return beside if within else None

@@ -31,6 +31,7 @@ __all__ = ["PlaceResult", "place"]
 Array = NDArray[np.float64]
 
 STEPS = 9  # placements along X and Y
+_FARTHEST = 1e4  # mm to either side
 HEIGHTS = 5  # and along Z
 _NEAR = 1e-9  # m
 
@@ -86,8 +87,9 @@ def place(
     """
     check_folder(out)
     freedom = (x_mm, y_mm, z_mm)
-    if not all(np.isfinite(v) and 0.0 <= v <= 1e4 for v in freedom):
-        raise InputError(f"a freedom of {freedom} mm makes no sense", hint="give numbers of millimetres from 0 up")
+    for axis, far in zip("xyz", freedom, strict=True):
+        if not (np.isfinite(far) and 0.0 <= far <= _FARTHEST):
+            raise InputError(f"--{axis} is {far:g}", hint=f"give millimetres from 0 to {_FARTHEST:g}")
     machine = cell_for("place", cell)
     name = program_name(Path(clfile), None, language_of(machine))
     inputs = read_inputs(Path(clfile), machine, setup)

@@ -36,6 +36,7 @@ from camrob.jobs.predicting.predicted_figures import (
 )
 from camrob.jobs.predicting.program_tools import ProgramTools, by_tool, demand_one_tool, mounted_in
 from camrob.jobs.predicting.removal import removed, setup_for, stock_of
+from camrob.jobs.release.beside import player_beside
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
 from camrob.measurement.log import MeasurementLog
@@ -117,7 +118,7 @@ def predict(
     with staged_output(out) as folder:
         asked = _Asked(Path(program), cell, calibration, diagnosis, setup, force, meant, pitch_mm, ms_to_s(cycle_ms))
         made = _predicted(asked, progress)
-        _write(folder, made.summary, made.surface, made.path)
+        _write(folder, made.summary, made.surface, made.path, player_beside(asked.program, out))
     return made
 
 
@@ -276,7 +277,7 @@ def _held_clear(
     return holder_of(taken, surface.real.kept, path)
 
 
-def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath) -> None:
+def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, path: TruePath, player: str) -> None:
     write_summary(folder / "predict.json", summary)
     arrays = {
         "points": m_to_mm(surface.point),
@@ -289,7 +290,7 @@ def _write(folder: Path, summary: PredictSummary, surface: PredictedSurface, pat
         "cause_names": np.array([c.name for c in path.causes], dtype=np.str_),
     }
     np.savez_compressed(folder / "surface.npz", **arrays)  # type: ignore[arg-type]
-    (folder / "predict.html").write_text(predict_report(summary, surface), encoding="utf-8")
+    (folder / "predict.html").write_text(predict_report(summary, surface, player), encoding="utf-8")
 
 
 def _demand_cut(surface: PredictedSurface, program: Path, meant: Path | None) -> None:

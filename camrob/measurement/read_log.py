@@ -42,6 +42,7 @@ _AXES_BESIDE = (
 # from the first on, as many as there are
 _ROWS = (AXES, tuple(f"c{n}" for n in AXES), TORQUE, MOTOR[: len(AXES)], CURRENT[: len(AXES)])
 _ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
+_PROGRAMS = (".src", ".dat", ".mod", ".cls", ".ncl", ".apt", ".nc")  # what is named in a log's place by a slip
 _COMMAS = 1.5  # times the cells of the header: then commas are decimals' too
 _BLANKS = ("nan", "null", "-")
 _NAMES = "t, x y z, a b c, A1.. E1.., cA1.. cE1.., T1.. TE1.., M1.. ME1.., I1.. IE1.., temp, fx fy fz, line"  # COLUMNS in short
@@ -178,6 +179,8 @@ def _read_csv(path: Path, *, timed: bool) -> tuple[list[str], Array]:
         raise LogError("is empty", hint="give a header row and samples", path=path, line=1)
     for other, word in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks")):
         if other in header.strip() and "," not in header and not header.lstrip().startswith("#"):
+            if path.suffix.lower() in _PROGRAMS:
+                raise LogError("is no log, but a robot's program or a CL file", hint="name the log here", path=path)
             hint = "separate columns by commas, decimals by a point, or say so in [table] of its .toml"
             raise LogError(f"separates columns by {word}", hint=hint, path=path, line=1)
     names = [name.strip().strip('"') for name in header.split(",")]

@@ -253,7 +253,7 @@ STATUSES = [
     (
         errors.LimitError("A5 would pass its limit", line=33, axis="A5"),
         3,
-        "camrob: A5 would pass its limit; line 33; axis A5",
+        "camrob: A5 would pass its limit; CL line 33; axis A5",
     ),
     (errors.UnreachableError("out of reach"), 3, "camrob: out of reach"),
     (errors.VerificationError("the program strays"), 3, "camrob: the program strays"),

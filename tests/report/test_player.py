@@ -167,3 +167,20 @@ def test_a_browser_draws_the_page_and_walks_the_chain_to_the_first_point(posted)
     shown = [float(v.replace("−", "-").rstrip("°m ")) for v in values]
     np.testing.assert_allclose(shown, cell.to_axis_values(np.asarray(posted.solution.q)[0]), atol=0.051)
     assert done.stdout.count('class="cursor"') >= 5
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not at hand")
+@pytest.mark.parametrize("what", [pytest.param("cl-line", marks=pytest.mark.slow), "program-line"])
+def test_an_address_leads_to_the_player_at_a_line(posted, what):
+    point = int(np.flatnonzero(np.asarray(posted.path.line) == 333)[0])
+    text = (posted.out / "engraving.src").read_text().splitlines()
+    run = block_of((posted.out / "engraving.html").read_text(encoding="utf-8"), "scene")["run"]
+    said = lines_of(run["said"])[point]
+    number = 333 if what == "cl-line" else int(re.match(r"engraving\.src (\d+): ", said)[1])
+    assert what == "cl-line" or text[number - 1].strip() == said.partition(": ")[2]
+    flags = ["--headless", "--no-sandbox", "--enable-unsafe-swiftshader", "--virtual-time-budget=8000", "--dump-dom"]
+    page = f"{(posted.out / 'engraving.html').as_uri()}#{what}={number}"
+    done = subprocess.run([CHROMIUM, *flags, page], capture_output=True, text=True, timeout=300, check=True)
+    tip = [float(v) for v in re.search(r'data-tip="([^"]+)"', done.stdout)[1].split()]
+    first = int(np.flatnonzero([s == said for s in lines_of(run["said"])])[0]) if what == "program-line" else point
+    np.testing.assert_allclose(tip, 1000.0 * np.asarray(posted.path.base_T_tip)[first, :3, 3], atol=2e-3)

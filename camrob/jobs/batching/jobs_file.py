@@ -6,6 +6,7 @@ import glob
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -86,7 +87,9 @@ def _known(table: TableReader, keys: set[str], who: str) -> None:
     """Raise for a key that nobody takes."""
     unknown = sorted(set(table.keys()) - keys)
     if unknown:
-        raise table.fail(unknown[0][:60], f"is not a key of {who}", f"use {', '.join(sorted(keys))}")
+        near = get_close_matches(unknown[0], sorted(keys), 1)
+        hint = f"is it {near[0]}?" if near else f"use {', '.join(sorted(keys))}"
+        raise table.fail(unknown[0][:60], f"is not a key of {who}", hint)
 
 
 def _values(table: TableReader, verb: Verb) -> dict[str, Any]:

@@ -98,7 +98,7 @@ class Correction:
         except SingularError as error:
             row = int(error.value or 0.0)
             what = "the pose can't be compensated: the arm is singular there; lead the path past that posture"
-            raise SingularError(what, line=int(self.text.line[row])) from None
+            raise SingularError(what, line=int(self.text.line[row]), of_program=True) from None
         stays = np.where(self.kept[:, None], self.q, np.asarray(result.q))
         return _within_limits(self.planned.cell, self.q, replace(result, q=stays), self.text)
 
@@ -258,7 +258,7 @@ def _followed(planned: Replay) -> None:
     """The original can be replayed. Raises UnreachableError."""
     if (stopped := first_error(planned.findings)) is not None:
         what = f"the program can't be followed as it is: {stopped.text}; mend it there first"
-        raise UnreachableError(what, line=stopped.line)
+        raise UnreachableError(what, line=stopped.line, of_program=True)
 
 
 def _postures(text: ProgramText, planned: Replay) -> Array:

@@ -236,9 +236,12 @@ def _sunk(cell: Cell, setup: Setup, what: str, mesh: Array) -> Finding | None:
 
 
 def _no_setup(cell: Cell, setup: Setup) -> Finding | None:
-    """What stands in for a set-up that there is none of."""
+    """What stands in for a set-up that there is none of, or that says nothing of where the part lies."""
     if setup.path is not None:
-        return None
+        if not setup.unplaced:
+            return None
+        text = f"{setup.path.name} says nothing of where the part lies: its frame is taken for base itself; give part_in_base"
+        return Finding("part-unplaced", text)
     numbers = mm_deg_from_frame(np.asarray(cell.flange_T_tool))
     tool = " ".join(f"{n} {v:.3f}" for n, v in zip("XYZABC", np.round(numbers, 3) + 0.0, strict=True))
     text = (

@@ -1,11 +1,13 @@
-"""What the NAME.json beside a program says of it: its manifest, why it is slower than its file, how fast it cuts."""
+"""What NAME.json and NAME.html beside a program say of it: manifest, why it is slower than its file, how fast it cuts, player."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from camrob.findings import Finding
 from camrob.jobs.files.solved_path import stem_of
@@ -27,11 +29,13 @@ __all__ = [
     "fastest_that_cuts",
     "manifest_findings",
     "manifest_of",
+    "player_beside",
     "reason_for_slower",
     "said_to_be_compensated",
 ]
 
 SLOWER_BY_PLAN, SLOWER_BY_TOLERANCE = "--feed optimal", "the set-up's tolerance"
+_PLAYER = b'<div id="view"'  # where a page's player stands
 _OF_COMPENSATE = ("error_before", "error_after", "calibration")  # keys of what `compensate` says, and no other job
 
 
@@ -83,6 +87,17 @@ def fastest_that_cuts(program: Path, force: CuttingForce | None) -> float:
         return force.fastest
     said = _feed_posted(program).get("fastest_cut_mm_min")
     return float(mm_min_to_m_s(said)) if isinstance(said, int | float) and said > 0.0 else float("inf")
+
+
+def player_beside(program: Path | None, out: Path) -> str:
+    """The address, for a page in the folder `out`, of the page beside a program that plays it; "" where none does."""
+    page = None if program is None else program.with_suffix(".html")
+    try:
+        if page is None or _PLAYER not in page.read_bytes():
+            return ""
+    except OSError:
+        return ""
+    return quote(os.path.relpath(page.resolve(), out.resolve()).replace(os.sep, "/"))
 
 
 def said_to_be_compensated(program: Path) -> str:

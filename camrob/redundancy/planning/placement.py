@@ -99,7 +99,8 @@ def place_part(
     reached = np.all(value > 0.0, axis=1)
     if not np.any(reached):
         raise UnreachableError(
-            "no placement within the given freedom has the whole path in reach; give more freedom or another set-up"
+            "no placement within the given freedom has the whole path in reach; give more (--x, --y, --z), or first correct "
+            "part_in_base: camrob post says how far off it is"
         )
     mean = np.where(reached, value @ weight / weight.sum(), 0.0)
     worst = np.where(reached, value.min(axis=1), 0.0)

@@ -44,8 +44,12 @@ _NONE = "none of these"
 _SHOWN = 0.05  # share of what stays that a regime has to explain to be named
 
 
-def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
-    """The page as text. paths: every log's errors, for the pictures."""
+def diagnosis_report(
+    summary: DiagnosisSummary, paths: Sequence[PathError], players: Mapping[str, str] | None = None
+) -> str:
+    """The page as text. paths: every log's errors, for the pictures; players: of a log's name the address of the page that plays
+    its program, "" for none.
+    """
     claimed = any(not only_first(e) for e in summary.claimed)
     space, along = space_clouds(paths, claimed=claimed), error_charts(summary.gap, paths, claimed=claimed)
     places, shrunk = place_charts(summary), shrink_charts(summary) if claimed else []
@@ -72,7 +76,7 @@ def diagnosis_report(summary: DiagnosisSummary, paths: Sequence[PathError]) -> s
         _residual(summary, stays),
         drives_section(summary),
         friction_section(summary),
-        *place_sections(summary, paths),
+        *place_sections(summary, paths, players or {}),
         timing_section(summary),
         *(section(str(c["title"]), _chart(c)) for c in along[1:]),
         note="Shrinkage is measured on samples that took no part in choosing or fitting; the pictures show those.",

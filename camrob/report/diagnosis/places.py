@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from camrob.gap.diagnosis import PathError
 from camrob.report.diagnosis.numbers import mm, share
 from camrob.report.diagnosis.sentences import between, standards_text
 from camrob.report.page.html import escape
-from camrob.report.page.parts import section, table
+from camrob.report.page.parts import place_link, section, table
 from camrob.summaries.diagnosis_places import Places
 from camrob.summaries.diagnosis_summary import DiagnosisSummary
 
@@ -33,18 +33,18 @@ _DIRECTIONS = {
 }
 
 
-def place_sections(summary: DiagnosisSummary, paths: Sequence[PathError]) -> list[str]:
-    """The sections, those that have nothing to say left out."""
-    return [s for s in (_worst(summary, paths), _numbers(summary), _standards(summary)) if s]
+def place_sections(summary: DiagnosisSummary, paths: Sequence[PathError], players: Mapping[str, str]) -> list[str]:
+    """The sections, those that have nothing to say left out. players: as of `diagnosis_report`."""
+    return [s for s in (_worst(summary, paths, players), _numbers(summary), _standards(summary)) if s]
 
 
-def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
+def _worst(summary: DiagnosisSummary, paths: Sequence[PathError], players: Mapping[str, str]) -> str:
     lined = {p.log for p in paths if p.line.any()}
     worst = sorted(summary.where.segments, key=lambda s: -s.rms_mm)[:_WORST]
     rows = [
         [
             escape(s.log),
-            f"{'program lines' if s.log in lined else 'rows'} {s.from_line} to {s.to_line}",
+            _place(s.log, s.from_line, s.to_line, lined, players),
             *(escape(mm(v)) for v in (s.rms_mm, s.contour_mm, s.tangential_mm)),
         ]
         for s in worst
@@ -52,7 +52,7 @@ def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
     single = [
         [
             escape(s.log),
-            f"program line {s.from_line}",
+            _place(s.log, s.from_line, s.from_line, lined, players),
             *(escape(mm(v)) for v in (s.rms_mm, s.contour_mm, s.tangential_mm)),
         ]
         for s in summary.where.lines[:_WORST]
@@ -63,6 +63,16 @@ def _worst(summary: DiagnosisSummary, paths: Sequence[PathError]) -> str:
     unlined = any(s.log not in lined for s in worst)
     note = '<p class="caption">Rows are counted as in the file of the log, its head being row 1.</p>' if unlined else ""
     return section("Worst stretches", stretches, _changes(summary, lined), lines, note)
+
+
+def _place(log: str, first: int, last: int, lined: Collection[str], players: Mapping[str, str]) -> str:
+    """Lines of a log's track in words, which lead to where the player stands there, where there is one (HTML)."""
+    count = f"line {first}" if first == last else f"lines {first} to {last}"
+    if log not in lined:
+        return f"rows {first} to {last}"
+    player = players.get(log, "")
+    words = f"program {count}"
+    return place_link(first, words=words, page=player, of="program-line") if player else words
 
 
 def _counted(log: str, lined: Collection[str]) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.prediction.surface import PredictedSurface
 from camrob.report.page.cloud import Cloud
 from camrob.report.page.html import escape, number, page
-from camrob.report.page.parts import card_row, figure, page_body, section, table, verdict_bar
+from camrob.report.page.parts import card_row, figure, page_body, place_link, section, table, verdict_bar
 from camrob.summaries.predict_summary import HeldToPart, HolderMeets, PredictedForce, PredictSummary
 from camrob.units import m_to_mm
 
@@ -34,8 +34,8 @@ _CANCELS = 1.5  # times the whole error: a cause that much larger is not most of
 _SCALE_LEAST_MM = 1e-3  # a micrometre either way, where there is no error to show
 
 
-def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
-    """The page as text."""
+def predict_report(summary: PredictSummary, surface: PredictedSurface, player: str = "") -> str:
+    """The page as text. player: the address of the page that plays the program, "" for none."""
     picture, spread = _picture(surface), _spread(surface, summary.percentiles_mm)
     known = " and ".join(
         f"the {what} <b>{escape(name)}</b>"
@@ -52,7 +52,7 @@ def predict_report(summary: PredictSummary, surface: PredictedSurface) -> str:
         section("The part, coloured by its error", picture.html(), _TURN),
         _part(summary.part),
         _holder(summary.holder),
-        _places(summary),
+        _places(summary, player),
         _causes(summary),
         _force(summary.force),
         figure(spread),
@@ -122,11 +122,11 @@ def _words(cause: str) -> str:
     return cause.replace("_", " ")
 
 
-def _places(summary: PredictSummary) -> str:
+def _places(summary: PredictSummary, player: str) -> str:
     rows = [
         [
             escape(_words(p.cause)),
-            f"{p.line}",
+            place_link(p.line, page=player, of="program-line") if player else f"{p.line}",
             number(p.deviation_mm, 3),
             f"± {number(p.band_mm, 3)}",
             number(p.cause_mm, 3),
