@@ -25,6 +25,8 @@
     if (!(e.textContent.trim() && e.tagName === "BUTTON") && !e.getAttribute("aria-label") && !e.closest("label")) faults.push("no label: " + name(e));
   for (const e of document.querySelectorAll(".scroll"))
     if (e.tabIndex < 0 && (e.scrollWidth > e.clientWidth || e.scrollHeight > e.clientHeight)) faults.push("not by keys: " + name(e));
+  for (const e of document.querySelectorAll(".scroll"))
+    if (!SIDEWAYS && e.scrollWidth > e.clientWidth) faults.push("only by scrolling: " + name(e));
   for (const e of document.querySelectorAll(".chart .xtitle, .chart .ytitle")) if (!e.textContent.trim()) faults.push("axis without words");
   document.body.dataset.faults = JSON.stringify(faults);
 })();
