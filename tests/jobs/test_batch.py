@@ -79,7 +79,7 @@ def same_as_single(out: Path, posted: Path) -> None:
     [
         ("", "holds no jobs"),
         ("[[job]]", "clfile: is missing"),
-        ('[[job]]\nclfile = "a.cls"\nclfil = 1', "clfil: is not a key of verb 'post'; use calibration, cell, clfile"),
+        ('[[job]]\nclfile = "a.cls"\nclfil = 1', "clfil: is not a key of verb 'post'; is it clfile?"),
         ('[[job]]\nclfile = "a.cls"\nverb = "fly"', "verb: is 'fly'; use one of post, verify"),
         ('[[job]]\nclfile = "*.nothing"', "'*.nothing' matches no file"),
         ('[[job]]\nclfile = ""', "clfile: is empty"),
