@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from camrob.cutting.removal_kernel import carve, contacts, crossings_of_mesh, ov
 from camrob.errors import InputError
 from camrob.progress import Share
 
-__all__ = ["CutSurface", "Dexels", "Moves", "deviation", "of_mesh"]
+__all__ = ["CutSurface", "Dexels", "MetByRays", "Moves", "deviation", "met_by_rays", "of_mesh"]
 
 Array = NDArray[np.float64]
 
@@ -77,6 +77,18 @@ class CutSurface:
     direction: NDArray[np.int64]
     ray: NDArray[np.int64]
     end: NDArray[np.int64]
+
+
+class MetByRays(NamedTuple):
+    """Where rays of P points of a surface meet another: deviation (P,) m, point (P, 3) and at (P,), which share of the `move`
+    (P,) that cut there; push: (P, 3), a shift v of that move moves the deviation by push . v. NaN where nothing is met.
+    """
+
+    deviation: Array
+    point: Array
+    push: Array
+    at: Array
+    move: NDArray[np.int64]
 
 
 class Dexels:
@@ -300,6 +312,12 @@ class Dexels:
 def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: float | Array) -> Array:
     """By how much material `other`, cut by `moves`, stands beyond a surface, along its normals: (P,) m, NaN where its rays meet
     nothing cut within `farthest` m, of all or of each (P,), or a wall that looks elsewhere.
+    """
+    return met_by_rays(surface, moves, other, farthest=farthest).deviation
+
+
+def met_by_rays(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: float | Array) -> MetByRays:
+    """Where a surface's rays meet what `moves` have left of `other`; the deviation as `deviation` has it.
 
     What a ray says of the distance between two surfaces depends on their slopes: the mean of both is taken, which leaves an error
     of third order in the distance over the cutter's radius.
@@ -310,12 +328,16 @@ def deviation(surface: CutSurface, moves: Moves, other: Dexels, *, farthest: flo
     met = np.flatnonzero((np.abs(way) < farthest) & (move != _STOCK))
     there = surface.point[met].copy()
     there[np.arange(len(met)), surface.direction[met]] = value[met]
-    _, into = contacts(there, move[met].astype(np.int32), moves.tip, moves.axis, moves.shape)
-    slopes = surface.normal[met] - into
+    at, into = contacts(there, move[met].astype(np.int32), moves.tip, moves.axis, moves.shape)
     same = -np.sum(surface.normal[met] * into, axis=1) > _ALIKE
-    out = np.full(len(rows), np.nan)
-    out[met[same]] = (way[met] * 0.5 * slopes[np.arange(len(met)), surface.direction[met]])[same]
-    return out
+    met, there, at, into = met[same], there[same], at[same], into[same]
+    along = np.arange(len(met)), surface.direction[met]
+    slope = 0.5 * (surface.normal[met] - into)[along]
+    gap, push = np.full(len(rows), np.nan), np.full(surface.point.shape, np.nan)
+    point, share = push.copy(), gap.copy()
+    gap[met], push[met] = way[met] * slope, (slope / into[along])[:, None] * into
+    point[met], share[met] = there, at
+    return MetByRays(gap, point, push, share, move.astype(np.int64))
 
 
 def of_mesh(triangles: Array, pitch: float) -> Dexels:

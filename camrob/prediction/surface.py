@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cutting.cutter import Cutter
-from camrob.cutting.dexels import CutSurface, Dexels, Moves, deviation
+from camrob.cutting.dexels import CutSurface, Dexels, MetByRays, Moves, deviation, met_by_rays
 from camrob.cutting.way import Way
 from camrob.prediction.band import band_within
 from camrob.prediction.likely import DRAWN_POINTS, LikelySizes, likely_sizes
@@ -77,6 +78,40 @@ class CuttersOfRun:
         return tuple(replace(c, radius=c.radius + r) for c, r in zip(self.cutters, self.runout, strict=True))
 
 
+class _Contacts(NamedTuple):
+    """Where points of a surface are cut: point (P, 3), push (P, 3), by whose product with a shift of the tool the deviation
+    changes, and row (P,) of the run, at (P,) which share of the way to the next.
+    """
+
+    point: Array
+    push: Array
+    row: Ints
+    at: Array
+
+    def of(self, some: Ints | slice) -> _Contacts:
+        """Those of some points."""
+        return _Contacts(self.point[some], self.push[some], self.row[some], self.at[some])
+
+    def where(self, own: NDArray[np.bool_], met: MetByRays, real: Way) -> _Contacts:
+        """Of points whose own wall (P,) rays have met, where the machine cuts it: a tool that is off along the surface cuts with
+        another part of its edge, another slope of it, and maybe on another pass.
+        """
+        out = _Contacts(self.point.copy(), self.push.copy(), self.row.copy(), self.at.copy())
+        out.point[own], out.push[own] = met.point[own], met.push[own]
+        out.row[own], out.at[own] = real.rows(met.move[own], met.at[own])
+        return out
+
+    def on(self, values: Array) -> Array:
+        """Values (N, ...) of the run where the points are cut."""
+        return _between(values, self.row, self.at)
+
+    def wrench(self, path: TruePath, part_T_base: Array) -> Array:
+        """(P, 6) by which a twist of the tool in `base` moves the points: push . (v + w x r)."""
+        arm = self.point - self.on((part_T_base @ path.ideal)[:, :3, 3])
+        turn = part_T_base[:3, :3]
+        return np.concatenate([self.push @ turn, np.cross(arm, self.push) @ turn], axis=1)
+
+
 def predict_surface(
     stock: Dexels,
     tools: CuttersOfRun,
@@ -104,19 +139,22 @@ def predict_surface(
     surface = carved(0, meant).surface(meant.moves)
     rounding = -deviation(surface, asked.moves, carved(1, asked), farthest=_FARTHEST)
     left = carved(2, real)
-    row, at = meant.rows(surface.move, surface.at)
+    contacts = _Contacts(surface.point, surface.normal, *meant.rows(surface.move, surface.at))
+    row, at = contacts.row, contacts.at
     twists = np.stack([c.twist for c in path.causes], axis=2) if path.causes else np.zeros((len(path.t), 6, 0))
-    shares, band = _reckoned(surface, row, at, path, twists, part_T_base)
+    shares = _shares(contacts, path, twists, part_T_base)
     runout = np.array(tools.runout)[0 if tools.of_run is None else tools.of_run[row]]
     wider = -runout * _across(surface, meant.moves)
     due = shares.sum(axis=1) + wider
     slope = np.abs(surface.normal[np.arange(len(due)), surface.direction])
-    moved = deviation(surface, real.moves, left, farthest=np.maximum(_FARTHEST, (1.0 + _CURVED) * np.abs(due) / slope))
-    own = _own_wall(moved, due)
-    moved = np.where(own, moved, due)
+    met = met_by_rays(surface, real.moves, left, farthest=np.maximum(_FARTHEST, (1.0 + _CURVED) * np.abs(due) / slope))
+    own = _own_wall(met.deviation, due)
+    moved = np.where(own, met.deviation, due)
+    there = contacts.where(own, met, real)
+    band = _band(there, path, part_T_base)
     keep = np.flatnonzero(np.isfinite(rounding))
     some = keep[np.linspace(0, len(keep) - 1, min(len(keep), DRAWN_POINTS)).astype(np.int64)]
-    likely = _likely(surface, some, row, at, path, part_T_base, (rounding + moved)[some])
+    likely = _likely(there.of(some), path, part_T_base, (rounding + moved)[some])
     return PredictedSurface(
         point=surface.point[keep],
         normal=surface.normal[keep],
@@ -189,45 +227,40 @@ def _own_wall(moved: Array, reckoned: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(moved) <= (1.0 + _CURVED) * np.abs(reckoned) + _CURVED_ANYWAY)
 
 
-def _reckoned(
-    surface: CutSurface, rows: Ints, ats: Array, path: TruePath, twists: Array, part_T_base: Array
-) -> tuple[Array, Array]:
-    """Shares (P, C) of the causes in the deviation, and the band (P,). rows, ats: where on the run each point was cut."""
-    shares, band = np.zeros((len(rows), twists.shape[2])), np.zeros(len(rows))
-    part_p_tip = (part_T_base @ path.ideal)[:, :3, 3]
-    for start in range(0, len(rows), _CHUNK):
-        some = slice(start, start + _CHUNK)
-        row, at = rows[some], ats[some][:, None]
-        wrench = _wrench(surface, some, row, at, part_p_tip, part_T_base)
-        shares[some] = np.einsum("pi,pik->pk", wrench, _between(twists, row, at))
-        variance = np.sum(np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at)) ** 2, axis=1)
-        variance += _between(path.rest, row, at) ** 2
-        unsized = np.zeros(len(row)) if path.unsized is None else _between(path.unsized, row, at)
-        band[some] = band_within(variance, unsized**2)
-    return shares, band
+def _shares(contacts: _Contacts, path: TruePath, twists: Array, part_T_base: Array) -> Array:
+    """(P, C) m of the deviation by cause, to first order."""
+    shares = np.zeros((len(contacts.row), twists.shape[2]))
+    for some in _chunks(len(shares)):
+        own = contacts.of(some)
+        shares[some] = np.einsum("pi,pik->pk", own.wrench(path, part_T_base), own.on(twists))
+    return shares
 
 
-def _wrench(
-    surface: CutSurface, some: Ints | slice, row: Ints, at: Array, part_p_tip: Array, part_T_base: Array
-) -> Array:
-    """(P, 6) by which a twist of the tool in `base` moves points along their normals: n . (v + w x r)."""
-    n = surface.normal[some]
-    arm = surface.point[some] - (part_p_tip[row] * (1.0 - at) + part_p_tip[row + 1] * at)
-    turn = part_T_base[:3, :3]
-    return np.concatenate([n @ turn, np.cross(arm, n) @ turn], axis=1)
+def _band(contacts: _Contacts, path: TruePath, part_T_base: Array) -> Array:
+    """(P,) m within which 95 % of the deviations of points that are cut there lie, either way."""
+    band = np.zeros(len(contacts.row))
+    for some in _chunks(len(band)):
+        own = contacts.of(some)
+        wrench = own.wrench(path, part_T_base)
+        lever = np.sum(wrench[:, :3] ** 2, axis=1)
+        variance = np.sum(np.einsum("pi,pik->pk", wrench, own.on(path.spread)) ** 2, axis=1)
+        unsized = np.zeros(len(variance)) if path.unsized is None else lever * own.on(path.unsized) ** 2
+        band[some] = band_within(variance + lever * own.on(path.rest) ** 2, unsized)
+    return band
 
 
-def _likely(
-    surface: CutSurface, some: Ints, rows: Ints, ats: Array, path: TruePath, part_T_base: Array, deviation: Array
-) -> LikelySizes:
+def _likely(contacts: _Contacts, path: TruePath, part_T_base: Array, deviation: Array) -> LikelySizes:
     """Sizes on machines that are drawn, of some points with their expected deviations."""
-    row, at = rows[some], ats[some][:, None]
-    part_p_tip = (part_T_base @ path.ideal)[:, :3, 3]
-    wrench = _wrench(surface, some, row, at, part_p_tip, part_T_base)
-    own = np.einsum("pi,pik->pk", wrench, _between(path.spread, row, at))
-    together = np.zeros((len(some), 0)) if path.together is None else _between(path.together, row, at)
-    apart = _between(path.rest, row, at) ** 2 - np.sum(together**2, axis=1)
-    return likely_sizes(deviation, wrench[:, :3], own, together, np.sqrt(np.maximum(apart, 0.0)))
+    wrench = contacts.wrench(path, part_T_base)
+    own = np.einsum("pi,pik->pk", wrench, contacts.on(path.spread))
+    together = np.zeros((len(deviation), 0)) if path.together is None else contacts.on(path.together)
+    lever = np.linalg.norm(wrench[:, :3], axis=1)
+    apart = contacts.on(path.rest) ** 2 - np.sum(together**2, axis=1)
+    return likely_sizes(deviation, wrench[:, :3], own, together, lever * np.sqrt(np.maximum(apart, 0.0)))
+
+
+def _chunks(count: int) -> list[slice]:
+    return [slice(start, start + _CHUNK) for start in range(0, count, _CHUNK)]
 
 
 def _between(values: Array, row: Ints, at: Array) -> Array:
