@@ -300,7 +300,7 @@ def _gap(model: Model) -> GapFigures:
 def _places(
     model: Model, by_stage: Sequence[StageGaps], timings: Sequence[RunTiming], left_out: Sequence[str]
 ) -> Places:
-    """Where the gap lies: along the path, by stage, direction, axis, and by what it follows. left_out: rows that no part is of."""
+    """Where the gap lies: along the path, by stage, direction, axis, and by what it follows. left_out: said of rows."""
     mm, segments = m_to_mm, segments_of(model.panels)
     regimes, further = regimes_of(model.panels, model.noise), regimes_of(model.panels, model.noise, FURTHER)
     directions, axes = directions_of(model.panels), axes_of(model.panels)
