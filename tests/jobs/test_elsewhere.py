@@ -39,7 +39,8 @@ def test_the_place_that_a_refusal_names_serves(tmp_path: Path) -> None:
     with pytest.raises(camrob.JobError) as caught:
         posted(tmp_path / "far", "[0, 0, 1300, 0, 0, 0]")
     found = re.search(
-        r"moved by (Z -\d+) mm it can be followed and touches nothing .*: part_in_base = (\[[^]]*\])", str(caught.value)
+        r"moved by ([XYZ\d, +-]+) mm it can be followed and touches nothing .*: part_in_base = (\[[^]]*\])",
+        str(caught.value),
     )
     assert found is not None, str(caught.value)
     assert posted(tmp_path / "near", found[2]).summary.points > 0
@@ -72,7 +73,8 @@ def test_it_serves_a_cell_whose_table_is_held_too(tmp_path: Path, method: str) -
     with pytest.raises(camrob.JobError) as caught:
         posted(tmp_path / "far", "[900, 0, 300, 0, 0, 0]", cell, method)
     found = re.search(
-        r"moved by X -\d+ mm it can be followed and touches nothing .*: part_in_base = (\[[^]]*\])", str(caught.value)
+        r"moved by [XYZ\d, +-]+ mm it can be followed and touches nothing .*: part_in_base = (\[[^]]*\])",
+        str(caught.value),
     )
     assert found is not None, str(caught.value)
     assert posted(tmp_path / "near", found[1], cell, method).summary.points > 0

@@ -19,7 +19,7 @@ from camrob.calibration.measurements import measurements_of
 from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup
 from camrob.controller.simulate import CYCLE, Simulation, simulate
-from camrob.errors import LogError
+from camrob.errors import JobError, LogError
 from camrob.frozen import locked
 from camrob.gap.diagnose import diagnose
 from camrob.gap.diagnosis import Diagnosis
@@ -88,7 +88,13 @@ def resolve(
     """
     check_method(method)
     first = next(iter(METHODS[method]))
-    done = resolve_job(inputs_of(toolpath, cell, setup), method, first, stage_of(progress, "resolve"))
+    inputs = inputs_of(toolpath, cell, setup)
+    try:
+        done = resolve_job(inputs, method, first, stage_of(progress, "resolve"))
+    except JobError as error:
+        from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
+
+        raise with_a_place(error, inputs, planned=method == "planned") from None
     return Resolved(done.inputs.cell, done.inputs.path, done.solution, *done.residual)
 
 

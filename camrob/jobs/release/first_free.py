@@ -10,6 +10,7 @@ from camrob.jobs.files.home import demand_free_home
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.release.attempt import Made, Order, fit
 from camrob.jobs.release.refusal import as_hurried, as_planned, past_limit
+from camrob.jobs.release.second_side import from_two_sides
 from camrob.jobs.solving.resolved_job import BEGUN, ELSEWHERE, METHODS, PUBLISHED, resolve_job
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.watch import Watch
@@ -40,7 +41,7 @@ def first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> M
             made = _fit_within_limits(order, inputs, sought, way, folder, watch, clock)
         except JobError as error:
             if first is None and not isinstance(error, CollisionError | VerificationError):
-                raise
+                raise _advised(error, order, inputs, watch) from None
             first = first or (as_planned(error) if order.asked.method == "planned" else error)
             continue
         if first is not None:
@@ -48,13 +49,21 @@ def first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> M
             text = f"posted as {way}{blind}, for the first choice was not fit: {first.what}"
             made.findings.append(Finding("plan-collides", text, line=first.line))
         return made
-    if isinstance(first, CollisionError | VerificationError):
-        from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
-
-        first = with_a_place(first, inputs, planned=order.asked.method == "planned")
     if first is None:
         raise VerificationError(f"method {order.asked.method} has no variant to try")
+    if isinstance(first, CollisionError | VerificationError):
+        first = _advised(first, order, inputs, watch)
     raise as_hurried(first, clock.seconds) if clock.up and clock.seconds is not None else first
+
+
+def _advised(error: JobError, order: Order, inputs: JobInputs, watch: Watch) -> JobError:
+    """The error with a plan or a place that serves, but where the file works the part from two sides: it is turned over then."""
+    if from_two_sides(inputs):
+        return error
+    from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
+
+    with watch.stage("look for a place"):
+        return with_a_place(error, inputs, planned=order.asked.method == "planned", progress=watch.share)
 
 
 def _fit_within_limits(

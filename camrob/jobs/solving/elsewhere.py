@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from camrob.bodies.table_plate import table_plate
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
+from camrob.checks.collision_report import CollisionReport
 from camrob.errors import (
     CellError,
     CollisionError,
@@ -29,46 +30,62 @@ from camrob.jobs.solving.thinned import thinned
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.product_grid import product_grid
+from camrob.progress import Share
 from camrob.redundancy.following.nearest_miss import IN_REACH
+from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
+from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.placement import place_part
 from camrob.redundancy.published.beginnings import resolve_begun_elsewhere, resolve_published
-from camrob.redundancy.solution import Solution
 from camrob.se3 import mm_deg_from_frame
 from camrob.units import m_to_mm
 
 __all__ = ["with_a_place"]
 
 Array = NDArray[np.float64]
-Way = Callable[..., Solution]
 
 # m that the part is moved by along each axis: what clamping and a table leave
 _FAR = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8)
+_SECONDS = 14.0  # of processor for all that is looked at and tried, but for a trial that has begun
+_LOOKED = 6.0  # of them at most for which places are in reach: some arms take a second each where nothing is
+_POSES = 10  # of the path that have to be in reach of a place that is tried
 _PLANS = 2  # of the likely ones for which a plan is made where the published method follows none: some seconds each
-# of processor that shifts are looked at, and tried: some arms take a second each where nothing is in reach
-_SECONDS = 20.0
-_NEAREST, _LIKELY = 2, 6  # placements on which the path is followed: half a second each on a thinned path
+_NEAREST, _LIKELY = 3, 6  # placements on which the path is followed: half a second each on a thinned path
 _NEARER = 0.5  # of 1/k_F, lowest and mean summed, that a likely one is worse for each metre that it is nearer
-_APART = 0.15  # m between two likely ones
+_APART, _NEAR_APART = 0.15, 0.08  # m between two likely ones, and between two of the nearest
 _BELOW = np.array([0.0, 0.1, 0.2])  # m that the path's middle comes to lie below the tip at HOME
 _ROUND = 0.01  # m
 
 
-def with_a_place(error: JobError, inputs: JobInputs, *, planned: bool = False) -> JobError:
-    """The same error with the plan that gets there where the part is, or with the nearest shift of the part, followed on trial
-    without touching anything, or that none is; of a program that was judged unfit with what may lie beneath.
+def with_a_place(
+    error: JobError, inputs: JobInputs, *, planned: bool = False, progress: Share | None = None
+) -> JobError:
+    """The same error with the plan that gets there where the part is, or with a shift of the part that was followed on trial
+    without touching anything, or that none was found; of a program that was judged unfit with what may lie beneath.
 
-    planned: it was met in a plan, so that to plan is no advice.
+    planned: it was met in a plan, so that to plan is no advice. progress: called with the share of its time that is over.
     """
     if isinstance(error, VerificationError):
         doubt = _upside_down(inputs)
         return error.but(f"{error.what}; {doubt}") if doubt else error
     if not isinstance(error, CollisionError | UnreachableError | LimitError | SingularError):
         return error
-    lost = isinstance(error, UnreachableError) and not error.reasons.get(IN_REACH)
     doubt = "; ".join(filter(None, (_units(inputs), _upside_down(inputs))))
-    plan, serves = ("", False) if planned or lost or doubt else _plan_here(inputs)
-    return error.but("; ".join(filter(None, [error.what, doubt, plan, "" if serves or doubt else _advice(inputs)])))
+    if doubt:
+        return error.but(f"{error.what}; {doubt}")
+    lost = isinstance(error, UnreachableError) and not error.reasons.get(IN_REACH)
+    sunk = any(finding.code == "part-in-table" for finding in inputs.urgent)
+    search = _Search(inputs, progress)
+    said, found = [error.what], ""
+    # where something touches, a place beside it is found sooner than a plan; where an axis ends, a plan may do without
+    if isinstance(error, CollisionError):
+        found = search.at_once(lost=lost)
+    if not (found or planned or lost or sunk):
+        plan, serves = _plan_here(inputs)
+        said.append(plan)
+        if serves:
+            return error.but("; ".join(said))
+    return error.but("; ".join(filter(None, [*said, found or search.at_once(lost=lost) or search.further()])))
 
 
 def _plannable(cell: Cell) -> list[str]:
@@ -111,66 +128,136 @@ def _upside_down(inputs: JobInputs) -> str:
     )
 
 
-def _advice(inputs: JobInputs) -> str:
-    shifts, begun = _shifts(inputs), time.process_time()
-    farthest = f"by up to {m_to_mm(max(_FAR)):.0f} mm"
-    try:
-        one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
-        found = place_part(inputs.cell, inputs.path, np.asarray(inputs.setup.base_T_part), shifts, seconds=_SECONDS)
-    except UnreachableError:
-        if time.process_time() - begun > _SECONDS:
-            return f"the nearest shifts of the part, looked at for {_SECONDS:.0f} s, bring not the whole path in reach"
-        return f"no shift of the part {farthest} along the axes of base, nor to the tool's HOME, brings the whole path in reach"
-    except (CellError, SetupError):
-        return ""  # no closed form, or frames that one shift does not suit
-    verdicts = off_table(inputs, table_plate(inputs.cell), np.asarray(found.base_T_part))
-    path = thinned(inputs.path, TRIAL_POINTS)
-    whole, shifts = len(shifts), shifts[: len(found.mean) - 1]
-    if len(shifts) < whole:
-        farthest = f"among the {len(shifts)} nearest"
-    good = [k + 1 for k in range(len(shifts)) if found.value[k + 1] > 0.0 and not verdicts[k + 1]]
-    likely = _likely(good, shifts, np.asarray(found.value))
-    if not inputs.cell.shapes:  # nothing keeps the part out of the robot: where the tool is at HOME it has room
-        likely = sorted(good, key=lambda k: float(np.linalg.norm(shifts[k - 1] - _to_home(inputs))))[:_LIKELY]
-    first = dict.fromkeys([*(good[:_NEAREST] if inputs.cell.shapes else ()), *likely])
-    trials: list[tuple[int, Way]] = [(k, way) for k in first for way in (resolve_published, resolve_begun_elsewhere)]
-    if _plannable(inputs.cell):
-        trials += [(k, resolve_planned) for k in dict.fromkeys([*list(first)[:1], *likely[:_PLANS]])]
-    begun, met = time.process_time(), Counter[str]()
-    for k, resolve in trials:
-        if time.process_time() > begun + _SECONDS:
-            break
-        place = np.asarray(found.base_T_part[k])
-        made = try_placement(inputs, path, place, resolve, clear=resolve is not resolve_published)
-        if not isinstance(made, str) and not made[1].count:
-            by = " by --method planned" if resolve is resolve_planned else ""
-            bare = "" if made[1].checked else ", the robot's body is not drawn"
-            return (
-                f"with the part moved by {_mm(shifts[k - 1])} mm it can be followed{by} and touches nothing (tried on "
-                f"{len(path)} of its points{bare}): part_in_base = {_printed(place)}"
+class _Search:
+    """Places for the part, looked for and tried until one serves or the time is over."""
+
+    def __init__(self, inputs: JobInputs, progress: Share | None) -> None:
+        self._inputs, self._progress = inputs, progress
+        self._begun = time.process_time()
+        self._here = np.asarray(inputs.setup.base_T_part)
+        self._path = thinned(inputs.path, TRIAL_POINTS)
+        self._shifts, self._searched = np.empty((0, 3)), False
+        self._tried: dict[bytes, None] = {}
+        self._met = Counter[str]()
+        try:
+            one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
+            plan_space(inputs.cell)
+        except (CellError, SetupError):  # frames that one shift does not suit, or no closed form
+            return
+        shifts = _shifts(inputs)
+        verdicts = off_table(inputs, table_plate(inputs.cell), self._placed(shifts))
+        self._shifts, self._searched = shifts[[not verdict for verdict in verdicts]], True
+
+    def at_once(self, *, lost: bool) -> str:
+        """The first that serves of the nearest places, and of those before the tool as it is at HOME, without a look at what
+        is in reach; lost: the part lies beyond the arm, so that the nearest come last. "" where none does, or all were tried.
+        """
+        near = self._apart(range(len(self._shifts)), _NEAREST, _NEAR_APART)
+        away = np.linalg.norm(self._shifts - _to_home(self._inputs), axis=1)
+        home = self._apart(np.argsort(away, kind="stable").tolist(), _NEAREST, _NEAR_APART)
+        bare = (
+            not self._inputs.cell.shapes
+        )  # nothing keeps the part out of the robot: where the tool is at HOME it has room
+        return self._first(dict.fromkeys([*home, *near] if lost or bare else [*near, *home]))
+
+    def further(self) -> str:
+        """The first that serves of all places in reach, the likely ones before others, or that none was found."""
+        farthest = f"by up to {m_to_mm(max(_FAR)):.0f} mm"
+        axes = "along the axes of base, nor to the tool's HOME,"
+        if not len(self._shifts):
+            return f"no shift of the part {farthest} {axes} keeps it on the table" if self._searched else ""
+        try:
+            found = place_part(
+                self._inputs.cell,
+                self._inputs.path,
+                self._here,
+                self._shifts,
+                seconds=min(_LOOKED, self._left()),
+                poses=_POSES,
             )
-        if resolve is not resolve_begun_elsewhere:
-            met[made if isinstance(made, str) else made[1].findings[0].text] += 1
-    if met:
-        why, times = met.most_common(1)[0]
-        return (
-            f"with the part moved by {_mm(shifts[good[0] - 1])} mm every pose is in reach, but there and elsewhere the path "
-            f"could not be followed clear of everything in {met.total()} trials (in {times} {why}): `camrob place` tries more"
+        except UnreachableError:
+            if self._left() <= _SECONDS - _LOOKED:
+                return "the nearest shifts of the part, as far as there was time to look, bring not the whole path in reach"
+            return f"no shift of the part {farthest} {axes} brings the whole path in reach"
+        if len(found.mean) - 1 < len(self._shifts):
+            farthest = f"among the {len(found.mean) - 1} nearest"
+        value = np.asarray(found.value)[1:]
+        good = np.flatnonzero(value > 0.0).tolist()
+        if not good:
+            return f"no shift of the part {farthest} keeps it on the table and the whole path in reach"
+        likely = sorted(good, key=lambda k: float(_NEARER * np.linalg.norm(self._shifts[k]) - value[k]))
+        likely = self._apart(likely, _LIKELY, _APART)
+        served = self._first(dict.fromkeys([*good[:1], *likely])) or (
+            self._first(dict.fromkeys([*good[:1], *likely[:_PLANS]]), planned=True)
+            if _plannable(self._inputs.cell)
+            else ""
         )
-    return f"no shift of the part {farthest} keeps it on the table and the whole path in reach"
+        if served or not self._met:
+            return served
+        why, times = self._met.most_common(1)[0]
+        return (
+            f"with the part moved by {_mm(self._shifts[good[0]])} mm every pose is in reach, but there and elsewhere the path "
+            f"could not be followed clear of everything in {self._met.total()} trials (in {times} {why}): "
+            "`camrob place` tries more"
+        )
+
+    def _apart(self, order: Iterable[int], most: int, apart: float) -> list[int]:
+        """The first `most` shifts, by their index, that lie `apart` m from each other."""
+        chosen: list[int] = []
+        for k in order:
+            if all(np.linalg.norm(self._shifts[k] - self._shifts[j]) >= apart for j in chosen):
+                chosen.append(k)
+            if len(chosen) == most:
+                break
+        return chosen
+
+    def _first(self, order: Iterable[int], *, planned: bool = False) -> str:
+        """The first shift, by its index, at which the path is followed without touching anything, in words; "" where none is."""
+        for k in order:
+            mark = self._shifts[k].tobytes() + bytes(planned)
+            if mark in self._tried:
+                continue
+            if self._left() <= 0.0:
+                break
+            self._tried[mark] = None
+            place = self._placed(self._shifts[k : k + 1])[0]
+            made = _followed(self._inputs, self._path, place, planned=planned)
+            if isinstance(made, str):
+                self._met[made] += 1
+                continue
+            by = " by --method planned" if planned else ""
+            bare = "" if made.checked else ", the robot's body is not drawn"
+            return (
+                f"with the part moved by {_mm(self._shifts[k])} mm it can be followed{by} and touches nothing (tried on "
+                f"{len(self._path)} of its points{bare}): part_in_base = {_printed(place)}"
+            )
+        return ""
+
+    def _placed(self, shifts: Array) -> Array:
+        """(S, 4, 4) base_T_part of shifts (S, 3)."""
+        placed = np.repeat(self._here[None], len(shifts), axis=0)
+        placed[:, :3, 3] += shifts
+        return placed
+
+    def _left(self) -> float:
+        """Seconds of processor."""
+        spent = time.process_time() - self._begun
+        if self._progress is not None:
+            self._progress(min(spent / _SECONDS, 1.0))
+        return _SECONDS - spent
 
 
-def _likely(good: list[int], shifts: Array, value: Array) -> list[int]:
-    """Those of the placements in reach that have the best postures, near ones first where it is all the same, apart from each
-    other.
+def _followed(inputs: JobInputs, path: ToolPathInBase, base_T_part: Array, *, planned: bool) -> CollisionReport | str:
+    """The report of a placement on which the path is followed and touches nothing, or why it isn't: by a plan, or by the
+    published method, begun elsewhere where the arm touches something as it comes from HOME.
     """
-    chosen: list[int] = []
-    for k in sorted(good, key=lambda k: float(_NEARER * np.linalg.norm(shifts[k - 1]) - value[k])):
-        if all(np.linalg.norm(shifts[k - 1] - shifts[j - 1]) >= _APART for j in chosen):
-            chosen.append(k)
-        if len(chosen) == _LIKELY:
-            break
-    return chosen
+    made = try_placement(inputs, path, base_T_part, resolve_planned if planned else resolve_published, clear=planned)
+    if not isinstance(made, str) and made[1].count and not planned:
+        begun = try_placement(inputs, path, base_T_part, resolve_begun_elsewhere, clear=True)
+        made = made if isinstance(begun, str) or begun[1].count else begun
+    if isinstance(made, str):
+        return made
+    return made[1].findings[0].text if made[1].count else made[1]
 
 
 def _shifts(inputs: JobInputs) -> Array:

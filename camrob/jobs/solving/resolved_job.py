@@ -102,13 +102,9 @@ def resolve_job(
             own = None if seconds is None else seconds * (where.stop - where.start) / total
             found = _solved(replace(here, cell=kept.cell), resolve, share, device, sought, own, further)
         except JobError as e:
-            from camrob.jobs.solving.elsewhere import with_a_place  # tries plans and placements
-
             if resolve is resolve_begun_elsewhere:  # what stands against the first way is what is said
                 raise
-            raise with_a_place(
-                named_region(kept.named(e), inputs), inputs, planned=resolve is not resolve_published
-            ) from None
+            raise named_region(kept.named(e), inputs) from None
         solution = replace(found, cell_digest=here.cell.digest, findings=(*found.findings, *kept.findings))
         path = here.path if solution.path is None else solution.path
         solution = free_routes(here, path, solution)

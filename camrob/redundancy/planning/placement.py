@@ -68,22 +68,23 @@ def place_part(
     *,
     progress: Share | None = None,
     seconds: float | None = None,
+    poses: int = POSES,
 ) -> Placements:
     """Placements that differ from base_T_part (4, 4) by `shifts` (S, 3), m, in `base`; the present one comes first.
 
     path: the toolpath placed by base_T_part. About 20 ms a placement. Turning the part about an endless table's axis
     changes nothing that the table could not make good, so it is no freedom here. seconds: of processor after which no
     further placements are begun, and what is out of reach at first sight is looked for no further; those that there was no
-    time for are left out of what is returned. Raises UnreachableError where no placement that was looked at has all poses in
-    reach, CellError for an arm without closed form.
+    time for are left out of what is returned. poses: of the path, at most, that stand for it. Raises UnreachableError where
+    no placement that was looked at has all of them in reach, CellError for an arm without closed form.
     """
     space = plan_space(cell)
     w = waypoints(path, SPACING)
     cut = np.flatnonzero(np.asarray(w.cut) > 0.0)
-    poses = np.asarray(w.base_T_tip)[cut if len(cut) else np.arange(len(w))]
-    chosen, nearest = representatives(poses, POSES)
+    cuts = np.asarray(w.base_T_tip)[cut if len(cut) else np.arange(len(w))]
+    chosen, nearest = representatives(cuts, poses)
     weight = np.bincount(nearest, minlength=len(chosen)).astype(float)
-    part_T_tip = inverse(base_T_part) @ poses[chosen]
+    part_T_tip = inverse(base_T_part) @ cuts[chosen]
     placed = np.repeat(np.asarray(base_T_part, float)[None], len(shifts) + 1, axis=0)
     placed[1:, :3, 3] += shifts
     value = np.empty((len(placed), len(chosen)))
