@@ -6,12 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import SingularError
+from camrob.measurement.sight import Sight
 from camrob.se3 import pose
 
-__all__ = ["align"]
+__all__ = ["align", "laid_by_part"]
 
 Array = NDArray[np.float64]
 
+_SAME_PART = 1e-9  # apart: rounding
+_FLAT = 1e-3  # of how far places lie apart: less in the third direction tells no frame
+_KEPT = 1e-3  # how much of what was not measured is kept as it was, beside what was
 _ROUNDS = 200  # frame and reflector in turns: an end for a fit that wanders
 
 
@@ -35,6 +39,27 @@ def align(
     if oriented:
         return _oriented(nominal, measured, frame_known, target_known)
     return _by_turns(nominal, measured, frame_known, target_known)
+
+
+def laid_by_part(nominal: Array, sight: Sight) -> Array:
+    """The frame (4, 4) that lays places (N, 3) on those of which only a part was measured, the same of every row: a start for a
+    fit. What was not measured, or hardly shows, stays as it is; so does all where rows saw different parts.
+    """
+    onto = sight.onto
+    if float(np.abs(onto - onto[0]).max()) > _SAME_PART:
+        return np.eye(4)
+    size, axes = np.linalg.eigh(onto[0])
+    B = axes[:, size > 0.5].T  # (r, 3) what was measured
+    middle = nominal.mean(axis=0)
+    points, seen = nominal - middle, sight.places @ B.T
+    spread = np.linalg.svd(points, compute_uv=False)
+    if spread[2] < _FLAT * spread[0]:
+        return np.eye(4)
+    W = np.linalg.lstsq(points, seen - seen.mean(axis=0), rcond=1e-6)[0].T
+    U, _, Vt = np.linalg.svd(W, full_matrices=False)
+    R = _nearest_rotation(B.T @ (U @ Vt) + _KEPT * (np.eye(3) - onto[0]))
+    # the rows of B have to come out as fitted: what is left over turns about them alone
+    return pose(R, B.T @ seen.mean(axis=0) + (np.eye(3) - onto[0]) @ middle - onto[0] @ R @ middle)
 
 
 def _oriented(nominal: Array, measured: Array, frame_known: bool, target_known: bool) -> tuple[Array, Array]:

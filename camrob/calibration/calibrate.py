@@ -183,7 +183,7 @@ def _many_enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> bool:
 
 
 def _equations(prepared: Sequence[Prepared]) -> int:
-    return sum(len(part.data) * (6 if part.data.oriented else 3) for part in prepared)
+    return sum(len(p.data) * (3 * p.data.oriented + round(3 * p.data.share)) for p in prepared)
 
 
 def _enough(prepared: Sequence[Prepared], names: tuple[str, ...]) -> None:

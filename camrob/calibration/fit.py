@@ -78,14 +78,16 @@ def residuals(model: PoseModel, values: Array, data: Measurements) -> Array:
     out = np.zeros((len(data), 6))
     for start in range(0, len(data), _CHUNK):
         part = slice(start, start + _CHUNK)
-        out[part] = _difference(model.poses(values, data.q[part]), data.frames[part], data.oriented)
+        out[part] = _difference(model.poses(values, data.q[part]), data, part)
     return out
 
 
-def _difference(poses: Array, frames: Array, oriented: bool) -> Array:
-    out = np.zeros((len(poses), 6))
-    out[:, :3] = frames[:, :3, 3] - poses[:, :3, 3]
-    if oriented:
+def _difference(poses: Array, data: Measurements, part: slice) -> Array:
+    frames, out = data.frames[part], np.zeros((len(poses), 6))
+    out[:, :3] = (
+        frames[:, :3, 3] - poses[:, :3, 3] if data.sight is None else data.sight.select(part).beyond(poses[:, :3, 3])
+    )
+    if data.oriented:
         out[:, 3:] = rotation_log(frames[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2))
     return out
 
@@ -205,13 +207,23 @@ def _gauss_newton(
 def _spread(pairs: Sequence[tuple[PoseModel, Measurements]], values: Array) -> tuple[float, float]:
     """Robust deviations an axis of positions and orientations."""
     r = [residuals(model, values, data) for model, data in pairs]
-    place = np.concatenate([np.linalg.norm(x[:, :3], axis=1) for x in r])
+    # of what is told of each position: the median length of that many deviations differs
+    lengths = [
+        np.linalg.norm(x[:, :3], axis=1) * _MEDIAN_NORM / _median_norm(3.0 * data.share)
+        for x, (_, data) in zip(r, pairs, strict=True)
+    ]
+    place = np.concatenate(lengths)
     turns = [np.linalg.norm(x[:, 3:], axis=1) for x, (_, data) in zip(r, pairs, strict=True) if data.oriented]
     angle = float(np.median(np.concatenate(turns))) if turns else 0.0
     return (
         max(float(np.median(place)) / _MEDIAN_NORM, _FLOOR_POSITION),
         max(angle / _MEDIAN_NORM, _FLOOR_ANGLE),
     )
+
+
+def _median_norm(coordinates: float) -> float:
+    """The median length of a normal vector of 1, 2 or 3 dimensions, of unit deviation an axis."""
+    return float(np.interp(coordinates, [1.0, 2.0, 3.0], [0.6745, 1.1774, _MEDIAN_NORM]))
 
 
 def _whitened(r: Array, oriented: bool, spread: tuple[float, float]) -> Array:
@@ -222,7 +234,8 @@ def _whitened(r: Array, oriented: bool, spread: tuple[float, float]) -> Array:
 def _lengths(model: PoseModel, values: Array, data: Measurements, spread: tuple[float, float]) -> Array:
     """Lengths (N,) of the residuals in deviations an axis."""
     e = _whitened(residuals(model, values, data), data.oriented, spread)
-    return np.asarray(np.linalg.norm(e, axis=1) / np.sqrt(e.shape[1]))
+    told = e.shape[1] - 3.0 * (1.0 - data.share)
+    return np.asarray(np.linalg.norm(e, axis=1) / np.sqrt(told))
 
 
 def _cost(pairs: Sequence[tuple[PoseModel, Measurements]], values: Array, spread: tuple[float, float]) -> float:
@@ -247,7 +260,8 @@ def _normal(
         for start in range(0, len(data), _CHUNK):
             part = slice(start, start + _CHUNK)
             poses, J = model.poses_and_jacobian(values, data.q[part])
-            e = _whitened(_difference(poses, data.frames[part], data.oriented), data.oriented, spread)
+            J = J if data.sight is None else data.sight.select(part).of(J)
+            e = _whitened(_difference(poses, data, part), data.oriented, spread)
             rows = e.shape[1]
             weight = 1.0 / np.sqrt(1.0 + np.sum(e * e, axis=1) / (9.0 * rows))
             A = J[:, :rows][:, :, free] * scale / np.repeat(spread, 3)[:rows, None]

@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.errors import LogError
 from camrob.frozen import locked
-from camrob.measurement.log import ORIENTATION, POSITION, MeasurementLog
+from camrob.measurement.log import ORIENTATION, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.measurement.log_units import check_turns
+from camrob.measurement.sight import Sight, sighted
 from camrob.se3 import pose
 
 __all__ = ["Measurements", "measurements_of", "sampled_rows", "withheld_rows"]
@@ -29,7 +31,8 @@ class Measurements:
     in_base: the poses are seen from the turning `base`. frame_known, target_known: whether the instrument's frame and
     the reflector are the cell's own, else they are fitted. sigma_position (m), sigma_angle (rad): noise an axis, NaN
     unknown. rows (N,): where in the log each one stood. left_out: rows of the log with empty cells. single: poses at
-    rest. same_frame_as, same_target_as: the set whose instrument, whose reflector was this one's.
+    rest. same_frame_as, same_target_as: the set whose instrument, whose reflector was this one's. sight: what alone was measured
+    of positions, None for all.
     """
 
     q: Array
@@ -47,6 +50,7 @@ class Measurements:
     digest: str = ""
     same_frame_as: str = ""
     same_target_as: str = ""
+    sight: Sight | None = None
 
     def __post_init__(self) -> None:
         q = locked(self.q, shape=(None, None), name="q")
@@ -61,7 +65,13 @@ class Measurements:
     def select(self, index: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Measurements:
         """Some of the poses."""
         rows = np.asarray(self.rows)[index]
-        return replace(self, q=self.q[index], frames=self.frames[index], rows=rows)
+        sight = None if self.sight is None else self.sight.select(index)
+        return replace(self, q=self.q[index], frames=self.frames[index], rows=rows, sight=sight)
+
+    @property
+    def share(self) -> float:
+        """Coordinates of a position that a row tells, of three."""
+        return 1.0 if self.sight is None else self.sight.share
 
     def without_orientation(self) -> Measurements:
         """The same poses, their positions alone."""
@@ -86,24 +96,31 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
         missing = next(n for n in names if not log.has(n))
         hint = f"the cell's axes are {', '.join(names)}"
         raise LogError(f"has no column {missing}", hint=hint, path=log.path, line=1)
-    if not log.has_position:
-        raise LogError("holds no measured position", hint="give x, y, z", path=log.path, line=1)
+    if not log.sees_place:
+        hint = "give x, y, z, those of them that are measured, or distances d"
+        raise LogError("holds no measured position", hint=hint, path=log.path, line=1)
     check_turns(log, cell.turning_names)
     axes = log.axes(names) if reported else log.setpoints(names)
     oriented = log.has_orientation and bool(log.complete(ORIENTATION).any())
-    whole = log.complete(POSITION) & ~np.isnan(axes).any(axis=1)
+    whole = log.complete(log.place_names) & ~np.isnan(axes).any(axis=1)
     if oriented:
         whole &= log.complete(ORIENTATION)
     if not whole.any():
         hint = "every row lacks a position or an axis value"
         raise LogError("holds no whole row", hint=hint, path=log.path)
-    position, rotation = log.position[whole], log.rotation[whole] if oriented else np.eye(3)
-    info = log.info
+    q, info = cell.to_q(axes[whole]), log.info
+    in_base = info.measured_frame is MeasuredFrame.BASE
+    sight = None
+    if log.sees_part:
+        nominal = ErrorModel.of(cell, (), in_base=in_base).poses(np.zeros(0), q)[:, :3, 3]
+        sight = sighted(log.select(np.flatnonzero(whole)), nominal)
+    position = np.asarray(sight.places) if sight else log.position[whole]
+    rotation = log.rotation[whole] if oriented else np.eye(3)
     return Measurements(
-        q=cell.to_q(axes[whole]),
+        q=q,
         frames=pose(np.broadcast_to(rotation, (len(position), 3, 3)), position),
         oriented=oriented,
-        in_base=info.measured_frame is MeasuredFrame.BASE,
+        in_base=in_base,
         frame_known=info.measured_frame is not MeasuredFrame.UNKNOWN,
         target_known=info.target is Target.TOOL,
         sigma_position=info.sigma_position,
@@ -115,6 +132,7 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
         digest=log.digest,
         same_frame_as=info.same_frame_as,
         same_target_as=info.same_target_as,
+        sight=sight,
     )
 
 

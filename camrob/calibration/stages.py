@@ -98,7 +98,7 @@ def pose_errors_of(data: Measurements, stages: Stages, *, withheld: bool, refitt
         axis_values=cell.to_axis_values(np.asarray(data.q)),
         oriented=data.oriented,
         residuals=left,
-        outlier=np.linalg.norm(e, axis=1) > _OUTLIER * np.sqrt(e.shape[1]),
+        outlier=np.linalg.norm(e, axis=1) > _OUTLIER * np.sqrt(e.shape[1] - 3.0 * (1.0 - data.share)),
         sigma=data.sigma_position,
         refitted=refitted,
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.align import align
+from camrob.calibration.align import align, laid_by_part
 from camrob.calibration.error_model import ErrorModel
 from camrob.calibration.measurements import Measurements, sampled_rows
 from camrob.calibration.terms import SIDES
@@ -94,6 +94,11 @@ def placed(cell: Cell, data: Measurements, base: Stand | None = None, tool: Stan
         measured = np.linalg.inv(base.place) @ measured
     if tool is not None:
         nominal = nominal @ tool.place
+    if data.sight is not None:
+        free = not data.frame_known and base is None
+        return (
+            base.place if base else laid_by_part(nominal[:, :3, 3], data.sight.select(index)) if free else np.eye(4)
+        ), (tool.place if tool else np.eye(4))
     left, right = align(
         nominal,
         measured,

@@ -41,6 +41,7 @@ from camrob.gap.locate.localise import (
 )
 from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
+from camrob.gap.long_logs import left_out_of, shortened
 from camrob.gap.next_run import NextRun, next_run
 from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
@@ -107,8 +108,9 @@ def diagnose(
     laid, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
     tooled, kept = [_tooled(p, cell) for p in laid], [_tooled(p, cell) for p in others]
     clock, held = brought_together(logs, tooled), brought_together(withheld, kept)
-    scenes = fitted_scenes(clock.logs, tooled)
-    kept_out = [withheld_scene(log, own, scenes) for log, own in zip(held.logs, kept, strict=True)]
+    taken, apart = shortened(clock.logs), shortened(held.logs)
+    scenes = fitted_scenes(taken, tooled)
+    kept_out = [withheld_scene(log, own, scenes) for log, own in zip(apart, kept, strict=True)]
     effects = _taking_part(scenes, kept_out, library(without, extra), extra)
     tracks, by_stage, timings = _laid_beside(scenes, laid)
     alignment = align([s for s in scenes if s.tracked]).later(clock.delays)
@@ -116,11 +118,10 @@ def diagnose(
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
     compared = [e for e in effects if not (in_world and e.hidden_in_world)]
     first = model = compare(scenes, compared)
-    own = _own_frames(model, clock.logs, tooled, compared)
+    own = _own_frames(model, taken, tooled, compared)
     if own is not None:
-        first = model = own
-        scenes = own.scenes
-        kept_out = [withheld_scene(own_frame(log), c, scenes) for log, c in zip(held.logs, kept, strict=True)]
+        first, model, scenes = own, own, own.scenes
+        kept_out = [withheld_scene(own_frame(log), c, scenes) for log, c in zip(apart, kept, strict=True)]
     if relaid := relaid_scenes(model):
         scenes, model = relaid, compare(relaid, compared)
     model = with_whole_postures(model)
@@ -134,7 +135,7 @@ def diagnose(
     planned = next_run(model, verdict, effects)
     # the gap is what frames that fit best leave, whatever explains it
     shown = first if relaid else model
-    places = _places(shown, by_stage, timings)
+    places = _places(shown, by_stage, timings, left_out_of([*logs, *withheld], [*taken, *apart]))
     late = {s.name: d for s, d in zip((*scenes, *kept_out), (*clock.delays, *held.delays), strict=True) if d}
     said = _said(
         cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late, moved=own is not None
@@ -296,8 +297,10 @@ def _gap(model: Model) -> GapFigures:
     )
 
 
-def _places(model: Model, by_stage: Sequence[StageGaps], timings: Sequence[RunTiming]) -> Places:
-    """Where the gap lies: along the path, by stage, direction, axis, and by what it follows."""
+def _places(
+    model: Model, by_stage: Sequence[StageGaps], timings: Sequence[RunTiming], left_out: Sequence[str]
+) -> Places:
+    """Where the gap lies: along the path, by stage, direction, axis, and by what it follows. left_out: said of rows."""
     mm, segments = m_to_mm, segments_of(model.panels)
     regimes, further = regimes_of(model.panels, model.noise), regimes_of(model.panels, model.noise, FURTHER)
     directions, axes = directions_of(model.panels), axes_of(model.panels)
@@ -306,7 +309,7 @@ def _places(model: Model, by_stage: Sequence[StageGaps], timings: Sequence[RunTi
     return Places(
         stages={n: None if v is None else mm(v.value) for n, v in stages.items()},
         stage_intervals={n: None if v is None else (mm(v.low), mm(v.high)) for n, v in stages.items()},
-        missing=(*absent, *sorted({m for s in model.scenes for m in lacking(s)})),
+        missing=(*absent, *sorted({m for s in model.scenes for m in lacking(s)}), *left_out),
         segments=tuple(_stretch(s) for s in segments),
         change_points=tuple(
             ChangePoint(log=s.log, t_s=s.from_s, line=s.from_line, step_mm=mm(s.step)) for s in segments if s.step > 0.0

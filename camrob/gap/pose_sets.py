@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.gap.evidence.design import NUISANCE, Panel, pool
+from camrob.gap.evidence.design import Panel, pool
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Trial
+from camrob.gap.nuisances import NUISANCE
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.gap.observation.unknown_frames import Frames, left_twists, right_twists
 from camrob.measurement.log import MeasurementLog
@@ -78,7 +79,7 @@ def relaid_scenes(model: Model) -> tuple[Scene, ...]:
         scenes.append((scene, frames))
         there = exp(twists[0]) @ scene.nominal @ exp(twists[1])
         straight = left_twists(scene.nominal) @ twists[0] + right_twists(scene.nominal) @ twists[1]
-        bend = there[:, :3, 3] - scene.nominal[:, :3, 3] - straight[:, :3]
+        bend = scene.told(there[:, :3, 3] - scene.nominal[:, :3, 3] - straight[:, :3])
         far |= float(np.sqrt(np.mean(np.sum(bend**2, axis=1)))) > _BENT * model.noise
     return tuple(make_scene(s.log, s.cell, laid=frames, least=len(s)) for s, frames in scenes) if far else ()
 
@@ -95,7 +96,8 @@ def _twist(model: Model, scene: Scene, number: int, side: int) -> Array:
 
 
 def frozen_frames(model: Model, trial: Trial) -> Trial:
-    """The trial of sets of poses with the frames that are not known fitted to the poses that are not asked, and frozen.
+    """The trial of sets of poses, and of runs of which a part of each place was measured, with the frames that are not known
+    fitted to the rows that are not asked, and frozen.
 
     What the frames take up of the gap, and of each effect, where they are fitted, is taken from it where it is asked; so
     the gap before and after an effect is what frames of the fitted poses leave there. Paths, whose blocks are long, and
@@ -104,51 +106,63 @@ def frozen_frames(model: Model, trial: Trial) -> Trial:
     panels, solved = list(trial.panels), dict[int | None, dict[tuple[int, str], Array]]()
     for k, rows, left_out in trial.asked:
         panel = panels[k]
-        if not panel.scene.poses:
+        if not _frames_kept(panel.scene):
             continue
         if left_out not in solved:
             solved[left_out] = _taken(model.panels, left_out)
-        for side, named in enumerate((panel.scene.log.info.same_frame_as, panel.scene.log.info.same_target_as)):
+        for side, named in enumerate((panel.scene.log.info.same_frame_as, panel.scene.log.info.same_target_as, "")):
             name = _owner(panel.scene, side, model.scenes) if left_out is not None else named
             taken = solved[left_out].get((side, name))
             if left_out is not None or taken is not None:
-                panel = _frozen(model, panel, rows, side, np.zeros((6, 1)) if taken is None else taken)
+                panel = _frozen(model, panel, rows, side, np.zeros((1, 1)) if taken is None else taken)
         panels[k] = panel
     return replace(trial, panels=tuple(panels))
 
 
+def _frames_kept(scene: Scene) -> bool:
+    """Whether a log's own frames are fitted to some of its rows and kept for the others: to single poses, or to distances and
+    the like, of a stretch of which a frame would take all.
+    """
+    return scene.poses or scene.sight is not None
+
+
 def _owner(scene: Scene, side: int, scenes: Sequence[Scene]) -> str:
     """The log whose frame (side 0) or target (1) is a log's own: the one that it names, or itself."""
-    name = (scene.log.info.same_frame_as, scene.log.info.same_target_as)[side]
+    name = (scene.log.info.same_frame_as, scene.log.info.same_target_as, "")[side]
     return name if _named(scenes, name) is not None else scene.name
 
 
 def _frozen(model: Model, panel: Panel, rows: NDArray[np.bool_], side: int, taken: Array) -> Panel:
-    """A panel whose gap and columns at `rows` are less what the frame of one side (0 left, 1 right) makes there, as it takes up
-    each column where it was fitted (`_taken`; (6, K + 1), or (6, 1) of zeros where it was not). Columns of that frame are 0:
-    nothing is left for it to settle.
+    """A panel whose gap and columns at `rows` are less what the frame of one side (0 left, 1 right, 2 the zero of distances)
+    makes there, as it takes up each column where it was fitted (`_taken`; (6, K + 1), or zeros where it was not). Columns of that
+    frame are 0: nothing is left for it to settle.
     """
-    twists = (left_twists, right_twists)[side](panel.scene.nominal)[rows]
-    moved = np.einsum("nij,jk->nik", twists, np.broadcast_to(taken, (6, panel.tcp.shape[2] + 1)))
+    twists = _twists(panel.scene, side)[rows]
+    moved = np.einsum("nij,jk->nik", twists, np.broadcast_to(taken, (twists.shape[2], panel.tcp.shape[2] + 1)))
     y, tcp = np.array(panel.y_tcp), np.array(panel.tcp)
     y[rows] -= moved[..., -1]
     tcp[rows] -= moved[..., :-1]
-    name = ("left", "right")[side]
+    name = ("left", "right", "zero")[side]
     frame = [i for i, u in enumerate(model.units) if u.effect == NUISANCE and u.key.startswith(name)]
     tcp[np.ix_(np.flatnonzero(rows), np.arange(6), np.flatnonzero(np.isin(model.design.owner, frame)))] = 0.0
     return replace(panel, tcp=tcp, y_tcp=y)
 
 
+def _twists(scene: Scene, side: int) -> Array:
+    """(N, 6, k): how a log's frame, its target, or the zero of its distances moves what was measured."""
+    return scene.longer[:, :, None] if side == 2 else scene.told((left_twists, right_twists)[side](scene.nominal))
+
+
 def _taken(panels: Sequence[Panel], left_out: int | None) -> dict[tuple[int, str], Array]:
-    """By side (0 left, 1 right) and log, the twists (6, K + 1) by which its frame takes up each column, and the gap, on all
+    """By side (as in `_frozen`) and log, the twists (6, K + 1) by which its frame takes up each column, and the gap, on all
     poses but those of a block: together, as logs may share a frame or a target.
     """
-    own = [p for p in panels if p.scene.poses]
+    own = [p for p in panels if _frames_kept(p.scene)]
     scenes = [p.scene for p in own]
     free = [
         (side, s.name)
         for s in scenes
-        for side, fitted in enumerate((s.frames.fitted_left, s.frames.fitted_right))
+        for side, fitted in enumerate((s.frames.fitted_left, s.frames.fitted_right, s.zero_open))
         if fitted
     ]
     if not free:
@@ -158,16 +172,17 @@ def _taken(panels: Sequence[Panel], left_out: int | None) -> dict[tuple[int, str
         at = p.block != left_out
         w = p.w_tcp[at][..., None]
         X = np.zeros((int(at.sum()), 6, 6 * len(free)))
-        for side, twists in enumerate((left_twists, right_twists)):
+        for side in range(3):
             key = side, _owner(p.scene, side, scenes)
             if key in free:
                 first = 6 * free.index(key)
-                X[:, :, first : first + 6] = twists(p.scene.nominal)[at]
+                twists = _twists(p.scene, side)[at]
+                X[:, :, first : first + twists.shape[2]] = twists
         Y = np.concatenate([p.tcp, p.y_tcp[..., None]], axis=2)[at]
         A.append((X * w).reshape(-1, X.shape[2]))
         B.append((Y * w).reshape(-1, Y.shape[2]))
     solved = np.linalg.lstsq(np.concatenate(A), np.concatenate(B), rcond=_RANK)[0]
-    return {key: solved[6 * k : 6 * k + 6] for k, key in enumerate(free)}
+    return {key: solved[6 * k : 6 * k + (1 if key[0] == 2 else 6)] for k, key in enumerate(free)}
 
 
 def with_whole_postures(model: Model) -> Model:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.errors import LogError
-from camrob.measurement.log import AXES, COLUMNS, EXTERNAL, MOTOR, ORIENTATION, POSITION
+from camrob.measurement.log import AXES, COLUMNS, DISTANCE, EXTERNAL, MOTOR, ORIENTATION, POSITION
 from camrob.measurement.table_cells import TableCells, read_cells
 from camrob.measurement.table_facts import UNITS, Source, TableFacts
 from camrob.se3 import abc_to_rotation, quaternion_to_rotation, rotation_exp, rotation_to_abc
@@ -131,7 +131,7 @@ def _in_format(path: Path, name: str, values: Array, unit: str, facts: TableFact
         raise LogError(what, hint=f'write {name} = {{ column = "..", unit = "m" }}, or "rad", "mm", "deg"', path=path)
     if not unit and name == "t":
         unit = facts.units["time"]
-    elif not unit and name in POSITION:
+    elif not unit and name in (*POSITION, DISTANCE):
         unit = facts.units["lengths"]
     elif not unit and name in _TURNING:
         unit = facts.units["angles"]

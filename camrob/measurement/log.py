@@ -20,10 +20,12 @@ __all__ = [
     "AXES",
     "COLUMNS",
     "CURRENT",
+    "DISTANCE",
     "EXTERNAL",
     "EXTERNAL_TORQUE",
     "FORCE",
     "MOTOR",
+    "NORMAL",
     "ORIENTATION",
     "POSITION",
     "TORQUE",
@@ -33,6 +35,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 POSITION = ("x", "y", "z")
+DISTANCE = "d"
+NORMAL = ("nx", "ny", "nz")
 ORIENTATION = ("a", "b", "c")
 AXES = tuple(f"A{i}" for i in range(1, 8))
 EXTERNAL = tuple(f"E{i}" for i in range(1, 7))
@@ -42,7 +46,7 @@ MOTOR = (*(f"M{i}" for i in range(1, 8)), *(f"M{n}" for n in EXTERNAL))
 CURRENT = (*(f"I{i}" for i in range(1, 8)), *(f"I{n}" for n in EXTERNAL))
 FORCE = ("fx", "fy", "fz")
 COLUMNS = (
-    *("t", *POSITION, *ORIENTATION, *AXES, *EXTERNAL, *(f"c{n}" for n in AXES + EXTERNAL)),
+    *("t", *POSITION, DISTANCE, *NORMAL, *ORIENTATION, *AXES, *EXTERNAL, *(f"c{n}" for n in AXES + EXTERNAL)),
     *(*TORQUE, *EXTERNAL_TORQUE, *MOTOR, *CURRENT, "temp", *FORCE, "line"),
 )
 """Every column of the log format, in the order in which they are written."""
@@ -97,8 +101,23 @@ class MeasurementLog:
 
     @property
     def has_position(self) -> bool:
-        """True where the position was measured."""
+        """True where the position was measured, all three coordinates of it."""
         return self.has(*POSITION)
+
+    @property
+    def sees_place(self) -> bool:
+        """True where something of the position was measured: a coordinate, or a distance."""
+        return any(name in self.columns for name in (*POSITION, DISTANCE))
+
+    @property
+    def sees_part(self) -> bool:
+        """True where less than the position was measured: some coordinates, one along a normal, or a distance."""
+        return self.sees_place and (not self.has_position or self.has(*NORMAL) or DISTANCE in self.columns)
+
+    @property
+    def place_names(self) -> tuple[str, ...]:
+        """The columns that say where the target is."""
+        return (DISTANCE,) if DISTANCE in self.columns else tuple(n for n in (*POSITION, *NORMAL) if n in self.columns)
 
     @property
     def has_orientation(self) -> bool:

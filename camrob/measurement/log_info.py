@@ -42,7 +42,9 @@ class LogInfo:
     (m): that of encoders against set-points. tolerance: m at the tool that nobody cares about. payload: kg. feed: m/s.
     program: name of the program file beside the log. poses: rows are single poses at rest, not a path. same_poses_as: the
     log of another target on the same postures; same_frame_as, same_target_as: the log whose instrument stood where this
-    one's stood, and whose reflector sat where this one's sat.
+    one's stood, and whose reflector sat where this one's sat. along: unit vector of what a distance d counts along;
+    distance_from: m, the place that it is from; distance_from_unknown, distance_zero_unknown: that, and by how much it is short,
+    are to be fitted.
     """
 
     measured_frame: MeasuredFrame = MeasuredFrame.WORLD
@@ -61,6 +63,10 @@ class LogInfo:
     same_poses_as: str = ""
     same_frame_as: str = ""
     same_target_as: str = ""
+    along: tuple[float, float, float] | None = None
+    distance_from: tuple[float, float, float] | None = None
+    distance_from_unknown: bool = False
+    distance_zero_unknown: bool = False
 
 
 _NUMBERS: dict[str, tuple[str, Callable[[float], float], Callable[[float], float]]] = {
@@ -74,8 +80,10 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], float], Callable[[float], float
 }
 _TEXTS = ("program", "instrument", "note", "same_poses_as", "same_frame_as", "same_target_as")
 _CHOICES: dict[str, type[StrEnum]] = {"measured_frame": MeasuredFrame, "target": Target}
+_FARTHEST = 1e6  # mm
 _TABLE = "table"  # of a log that another recorder wrote: `camrob.measurement.table_facts`
-_KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses")
+_FROM, _ALONG, _ZERO = "d_from_mm", "d_along", "d_zero"  # of a distance d
+_KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses", _FROM, _ALONG, _ZERO)
 
 
 def read_info(path: Path) -> LogInfo:
@@ -98,9 +106,33 @@ def read_info(path: Path) -> LogInfo:
             if not isinstance(value, bool):
                 raise wrong_key(path, key, "is neither true nor false", "write true or false")
             values[key] = value
+        elif key in (_FROM, _ALONG, _ZERO):
+            values |= _of_distance(path, key, value)
         elif key != _TABLE and (near := _meant(key)):
             raise wrong_key(path, key[:40], "is not a key of a log", f"is {near} meant?")
+    if _FROM in data and _ALONG in data:
+        raise wrong_key(path, _ALONG, f"stands beside {_FROM}", "a distance is from a place, or along a direction")
+    if values.get("distance_from_unknown"):
+        values["measured_frame"] = MeasuredFrame.UNKNOWN  # where it is from is where the instrument stands
     return LogInfo(**values)
+
+
+def _of_distance(path: Path, key: str, value: Any) -> dict[str, Any]:
+    """What a key says of where a distance d is from."""
+    if key == _ZERO:
+        if value != "unknown":
+            raise wrong_key(path, key, f"is {str(value)[:40]}", 'write "unknown", or leave it out')
+        return {"distance_zero_unknown": True}
+    if key == _FROM and value == "unknown":
+        return {"distance_from_unknown": True}
+    three = isinstance(value, list) and len(value) == 3 and all(_plain(v) and abs(v) <= _FARTHEST for v in value)
+    if not three or (key == _ALONG and not any(value)):
+        hint = "give [X, Y, Z]" + (' of the place, in mm, or "unknown"' if key == _FROM else " of the direction")
+        raise wrong_key(path, key, f"is {str(value)[:40]}", hint)
+    if key == _FROM:
+        return {"distance_from": tuple(mm_to_m(float(v)) for v in value)}
+    size = math.hypot(*value)
+    return {"along": tuple(float(v) / size for v in value)}
 
 
 def _meant(key: str) -> str:
@@ -123,9 +155,13 @@ def _choice(path: Path, key: str, value: Any) -> StrEnum:
     return choices(value)
 
 
+def _plain(value: Any) -> bool:
+    """Whether a value is a number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def _number(path: Path, key: str, value: Any) -> float:
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
-    if not plain or not 0.0 <= value <= 1e9:
+    if not _plain(value) or not 0.0 <= value <= 1e9:
         raise wrong_key(path, key, f"is {str(value)[:40]}", "give a number that is not negative")
     return float(value)
 
@@ -139,6 +175,13 @@ def info_text(info: LogInfo) -> str:
         if not math.isnan(getattr(info, name)):
             lines.append(f"{key} = {to_edge(getattr(info, name)):.15g}")
     lines += [f"{key} = {json.dumps(getattr(info, key))}" for key in _TEXTS if key in given]
+    if info.distance_from_unknown or info.distance_from is not None:
+        told = [f"{m_to_mm(v):.15g}" for v in info.distance_from or ()]
+        lines.append(f"{_FROM} = " + (f"[{', '.join(told)}]" if told else '"unknown"'))
+    if info.along is not None:
+        lines.append(f"{_ALONG} = [{', '.join(f'{v:.15g}' for v in info.along)}]")
+    if info.distance_zero_unknown:
+        lines.append(f'{_ZERO} = "unknown"')
     if info.poses:
         lines.append("poses = true")
     return "\n".join(lines) + "\n"

@@ -12,10 +12,12 @@ from camrob.errors import LogError
 from camrob.measurement.log import (
     AXES,
     CURRENT,
+    DISTANCE,
     EXTERNAL,
     EXTERNAL_TORQUE,
     FORCE,
     MOTOR,
+    NORMAL,
     ORIENTATION,
     POSITION,
     TORQUE,
@@ -30,7 +32,8 @@ Array = NDArray[np.float64]
 # name to the largest magnitude that is believed, in the file's unit
 _LARGEST = {
     **dict.fromkeys(("t",), 1e9),
-    **dict.fromkeys(POSITION, 1e5),
+    **dict.fromkeys((*POSITION, DISTANCE), 1e5),
+    **dict.fromkeys(NORMAL, 1.1),  # of a unit vector
     **dict.fromkeys(ORIENTATION, 360.0 + 1e-9),
     # mm, where an axis slides: that one turns, the cell tells (`check_turns`)
     **dict.fromkeys((*AXES, *(f"c{n}" for n in AXES), *EXTERNAL, *(f"c{n}" for n in EXTERNAL)), 1e6),
@@ -61,20 +64,27 @@ def check_plausible(columns: Mapping[str, Array], path: Path, lines: NDArray[np.
             if beyond.any():
                 row = int(np.argmax(beyond))
                 raise LogError(f"{name} is {columns[name][row]:g}", hint=_HINT, path=path, line=int(lines[row]))
-    if "x" not in columns:
+    places = [n for n in (*POSITION, DISTANCE) if n in columns]
+    if not places or NORMAL[0] in columns:
         return
     prefix = "" if "A1" in columns or "E1" in columns else "c"
-    seen = ~np.isnan(columns["x"])
+    seen = ~np.isnan(columns[places[0]])
     travel = {n: _extent(columns[prefix + n][seen]) for n in AXES + EXTERNAL if prefix + n in columns}
-    extent = float(np.linalg.norm([_extent(columns[n][seen]) for n in POSITION]))
+    extent = float(np.linalg.norm([_extent(columns[n][seen]) for n in places]))
     carried = sum(float(deg_to_rad(travel[n])) * _REACH_MM for n in AXES if n in travel)
     # an external axis may be a track (mm) or a table (degrees): the larger of both
     carried += sum(max(travel[n], float(deg_to_rad(travel[n])) * _REACH_MM) for n in travel if n in EXTERNAL)
     if extent > 1.5 * carried + 20.0:
         what = f"the tool travels {extent:.0f} mm while the axes move only {max(travel.values()):.3g} degrees"
         raise LogError(what, hint="are the angles in radians? give degrees", path=path, line=int(lines[0]))
-    farthest = max(float(np.max(np.abs(columns[n][seen]), initial=0.0)) for n in POSITION)
-    if seen.any() and farthest < _METRES and extent > 0.0 and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG:
+    farthest = max(float(np.max(np.abs(columns[n][seen]), initial=0.0)) for n in places)
+    if (
+        len(places) == len(POSITION)
+        and seen.any()
+        and farthest < _METRES
+        and extent > 0.0
+        and sum(travel.get(n, 0.0) for n in AXES[:3]) > _GROSS_DEG
+    ):
         what = f"the tool stays within {farthest:.3g} mm of the origin while the arm moves"
         raise LogError(what, hint="are the positions in metres? give mm", path=path, line=int(lines[0]))
 

@@ -17,9 +17,11 @@ from camrob.measurement.log import (
     AXES,
     COLUMNS,
     CURRENT,
+    DISTANCE,
     EXTERNAL,
     FORCE,
     MOTOR,
+    NORMAL,
     ORIENTATION,
     POSITION,
     TORQUE,
@@ -34,7 +36,7 @@ __all__ = ["read_log"]
 Array = NDArray[np.float64]
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_TOGETHER = (POSITION, ORIENTATION, FORCE)
+_TOGETHER = (ORIENTATION, FORCE, NORMAL)
 _AXES_BESIDE = (
     "give A1.. (encoders) or cA1.. (set-points), logged beside each reading ($AXIS_ACT, CJointT, actual_q); of a pose that the "
     "controller tells, the maker's own inverse gives them, in the configuration that it was in"
@@ -45,7 +47,10 @@ _ALSO = re.compile(r"(?:joint|axis|j|q|a)_?(\d+)\b")  # what others call A1 ..
 _PROGRAMS = (".src", ".dat", ".mod", ".cls", ".ncl", ".apt", ".nc")  # what is named in a log's place by a slip
 _COMMAS = 1.5  # times the cells of the header: then commas are decimals' too
 _BLANKS = ("nan", "null", "-")
-_NAMES = "t, x y z, a b c, A1.. E1.., cA1.. cE1.., T1.. TE1.., M1.. ME1.., I1.. IE1.., temp, fx fy fz, line"  # COLUMNS in short
+# COLUMNS in short
+_NAMES = (
+    "t, x y z, d, nx ny nz, a b c, A1.. E1.., cA1.. cE1.., T1.. TE1.., M1.. ME1.., I1.. IE1.., temp, fx fy fz, line"
+)
 _TIMES = ("time", "timestamp", "seconds", "zeit")
 _EPOCH = 1e8  # s: no run lasts three years, so that the clock counts from 1970 or so: from the first row then
 _SLOW_CELLS = 20_000_000  # entries: 640 MB of places
@@ -139,6 +144,12 @@ def _check_names(names: Sequence[str], path: Path, *, timed: bool = True) -> Non
             here = next(n for n in group if n in names)
             hint = f"{', '.join(group)} belong together"
             raise LogError(f"has a column {here} but no column {missing[0]}", hint=hint, path=path, line=1)
+    if NORMAL[0] in names and not all(n in names for n in POSITION):
+        hint = f"give {', '.join(POSITION)}, of which nx, ny, nz say along what they were measured"
+        raise LogError("has normals nx, ny, nz without a position", hint=hint, path=path, line=1)
+    if DISTANCE in names and (also := [n for n in POSITION if n in names]):
+        hint = "one log holds distances, or places; measure both in two, of the same postures (same_poses_as)"
+        raise LogError(f"has a column d beside {also[0]}", hint=hint, path=path, line=1)
     _check_axes(names, path)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from camrob.errors import LogError
 from camrob.measurement.csv_numbers import format_table
-from camrob.measurement.log import AXES, EXTERNAL, MOTOR, ORIENTATION, POSITION, MeasurementLog
+from camrob.measurement.log import AXES, DISTANCE, EXTERNAL, MOTOR, NORMAL, ORIENTATION, POSITION, MeasurementLog
 from camrob.measurement.log_info import info_text
 
 __all__ = ["write_log"]
@@ -16,7 +16,7 @@ __all__ = ["write_log"]
 _CHUNK = 50_000  # rows at once: some ten MB of text
 _BYTES_A_CELL = 26  # the longest double, its sign and a comma
 _DECIMALS = {
-    **dict.fromkeys(("t", *POSITION), 6),
+    **dict.fromkeys(("t", *POSITION, DISTANCE, *NORMAL), 6),
     **dict.fromkeys((*ORIENTATION, *AXES, *EXTERNAL, *MOTOR, *(f"c{n}" for n in AXES + EXTERNAL)), 8),
     "line": 0,
 }

@@ -40,7 +40,7 @@ def _in_frames(scene: Scene, axis: str) -> bool:
     """Whether frames that nobody reported hold all that an axis's zero shows: A1's, for an instrument anywhere."""
     rows = np.unique(np.linspace(0, len(scene) - 1, min(len(scene), _SOME)).astype(int))
     sides = ((left_twists, scene.frames.fitted_left), (right_twists, scene.frames.fitted_right))
-    free = [twists(scene.nominal[rows]) for twists, fitted in sides if fitted]
+    free = [scene.told(twists(scene.nominal))[rows] for twists, fitted in sides if fitted]
     if not free or f"{axis}.zero" not in scene.places:
         return False
     seen = scene.seen[rows].ravel()

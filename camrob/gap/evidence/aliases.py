@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import Effect
-from camrob.gap.evidence.design import NUISANCE, Design
+from camrob.gap.evidence.design import Design
+from camrob.gap.nuisances import NUISANCE
 
 __all__ = ["alias_groups", "alias_lists", "covered_by"]
 

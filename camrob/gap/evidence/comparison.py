@@ -195,7 +195,7 @@ def _with_shown_noise(
     """The noises, with those of single poses where it is not stated found from what no effect explains."""
     panels = panels_for(scenes, noises, kept, build_units(scenes, effects, states), effects, states)
     return tuple(
-        n if n.stated or not s.poses else noise_left(p.tcp, p.y_tcp, p.w_tcp > 0.0, n.servo, s.log.path)
+        n if n.stated or not s.poses else noise_left(p.tcp, p.y_tcp, p.w_tcp > 0.0, n.servo, s.log.path, s.share)
         for s, n, p in zip(scenes, noises, panels, strict=True)
     )
 
@@ -238,7 +238,7 @@ def _structured(panel: Panel, residual: Array, design: Design, best: Fitted) -> 
     good = (panel.w_tcp[:, 0] > 0.0) & ~panel.unknown_rows(found)
     r = np.where(good[:, None], residual[:, :3], 0.0)
     if panel.scene.poses:
-        noise = float(np.sum(1.0 / np.max(panel.w_tcp[:, :3], axis=0) ** 2))
+        noise = panel.scene.share * float(np.sum(1.0 / np.max(panel.w_tcp[:, :3], axis=0) ** 2))
         return max(0.0, float(np.sum(r**2) / max(good.sum(), 1)) - noise)
     parts = [np.sum(r[k:] * r[:-k], axis=1).mean() for k in (1, 2, 3) if len(r) > 3 * k]
     return max(0.0, float(np.mean(parts))) if parts else 0.0

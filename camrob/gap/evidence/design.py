@@ -12,15 +12,12 @@ from numpy.typing import NDArray
 from camrob.gap.effects.effect import Column, Effect, EffectParameter, State, Unit
 from camrob.gap.evidence.discrepancy import FieldGram, SmoothBasis
 from camrob.gap.evidence.neighbourhoods import neighbourhoods
+from camrob.gap.nuisances import NUISANCE, first_nuisances, nuisance_columns, nuisance_units
 from camrob.gap.observation.noise import Noise
 from camrob.gap.observation.scene import Scene
-from camrob.gap.observation.unknown_frames import left_twists, right_twists
-from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = [
     "LEVER",
-    "NUISANCE",
-    "WITHHELD",
     "Design",
     "Panel",
     "Pooled",
@@ -35,11 +32,6 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _Key = tuple[int, Unit, tuple[tuple[str, float], ...]]
-
-NUISANCE = "nuisance"
-"""The effect's name of units that are fitted and never claimed: frames that are not known."""
-WITHHELD = -1
-"""The number of a log that takes no part in the fit."""
 
 _ALL = slice(None)
 _FEW = 12  # columns that are added one after the other
@@ -174,39 +166,10 @@ class Design:
 
 def build_units(scenes: Sequence[Scene], effects: Sequence[Effect], states: Mapping[str, State]) -> tuple[Unit, ...]:
     """All units that these logs could show, nuisances first."""
-    units: list[Unit] = []
-    big = {"x": mm_to_m(5.0), "r": deg_to_rad(1.0)}
-    for side in ("left", "right"):
-        if any(getattr(s.frames, f"fitted_{side}") for s in scenes):
-            kinds = ("x", "x", "x", "r", "r", "r")
-            for k, scene in enumerate(scenes):
-                names = [f"{side}{k}_{p}" for p in ("x", "y", "z", "rx", "ry", "rz")]
-                parameters = tuple(
-                    EffectParameter(n, "", big[kind], -np.inf, np.inf) for n, kind in zip(names, kinds, strict=True)
-                )
-                if getattr(scene.frames, f"fitted_{side}"):
-                    units.append(Unit(NUISANCE, "", parameters, key=f"{side}{k}|{scene.name}"))
+    units = nuisance_units(scenes)
     for effect in effects:
         units += effect.units(scenes, states[effect.name])
     return tuple(units)
-
-
-def _nuisance(scene: Scene, unit: Unit, number: int, first: Mapping[str, str]) -> tuple[Column, ...]:
-    """The twists of a frame that is not known, nothing where it is another log's. first: key of the first such unit by side: it
-    stands for a withheld log, which has a frame of its own and no unit.
-    """
-    owner, _, name = unit.key.partition("|")
-    side = "left" if owner.startswith("left") else "right"
-    info = scene.log.info
-    shared = info.same_frame_as if side == "left" else info.same_target_as
-    if number == WITHHELD:
-        own = bool(getattr(scene.frames, f"fitted_{side}")) and first[side] == unit.key
-    else:
-        own = owner == f"{side}{number}"
-    if not own and not (shared and shared == name):
-        return tuple(Column() for _ in unit.parameters)
-    twists = left_twists(scene.nominal) if side == "left" else right_twists(scene.nominal)
-    return tuple(Column(tcp=twists[:, :, k]) for k in range(6))
 
 
 @dataclass(frozen=True)
@@ -258,14 +221,13 @@ def make_panel(
     """
     known = remembered or Remembered()
     by_name = {e.name: e for e in effects}
-    frames = [u.key for u in reversed(units) if u.effect == NUISANCE]
-    first = {side: key for side in ("left", "right") for key in frames if key.startswith(side)}
+    first = first_nuisances(units)
     columns: list[Column] = []
     for i, unit in enumerate(units):
         if wanted is not None and i not in wanted:
             columns += (Column() for _ in unit.parameters)
         elif unit.effect == NUISANCE:
-            columns += _nuisance(scene, unit, number, first)
+            columns += nuisance_columns(scene, unit, number, first)
         else:
             columns += known.of_unit(by_name[unit.effect], scene, unit, states[unit.effect])
     N, K = len(scene), len(columns)
@@ -275,7 +237,7 @@ def make_panel(
     servo = np.zeros((len(of_drives), len(scene.axes), N)).transpose(2, 1, 0) if split else None
     for k, column in enumerate(columns):
         if column.tcp is not None:
-            tcp[:, :, k] = column.tcp
+            tcp[:, :, k] = scene.told(column.tcp)
         for axis, signal in column.servo.items():
             if servo is not None:
                 servo[:, scene.index(axis), int(np.searchsorted(of_drives, k))] = signal
@@ -301,7 +263,7 @@ def _field_sums(p: Panel, rows: NDArray[np.int64], weighed: Mapping[int, Array])
     held: dict[bytes, tuple[Array, Array]] = {}  # rows of the twist often weigh alike
     for row in range(6) if M else ():
         w = p.w_tcp[rows, row]
-        if w.any():
+        if w.any() and (row > 2 or p.scene.sees[row]):
             key = w.tobytes()
             if key not in held:
                 F = smooth * w[:, None]
@@ -334,7 +296,7 @@ def sums_of(p: Panel, rows: NDArray[np.int64], *, smooth: bool) -> Sums:
             weighed[first] = columns[:, three] * w.T
             X, y = weighed[first].reshape(K, -1), (p.y_tcp[rows, three] * w).T.ravel()
             A[k], b[k], yy[k] = X @ X.T, X @ y, float(y @ y)
-    count = float(np.count_nonzero(p.w_tcp[rows]))
+    count = float(np.count_nonzero(p.w_tcp[rows]) - (1.0 - p.scene.share) * np.count_nonzero(p.w_tcp[rows, :3]))
     if p.servo is not None and p.y_servo is not None and p.w_servo is not None:
         w = p.w_servo[rows]
         # of no columns, too: then numpy can't tell by itself how long they are

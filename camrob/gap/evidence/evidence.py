@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.special import ndtr
 
-from camrob.gap.evidence.design import NUISANCE, Design
+from camrob.gap.evidence.design import Design
 from camrob.gap.evidence.discrepancy import FieldGram, Integrated
 from camrob.gap.evidence.posteriors.set_posterior import effects_moves, fitted_widths, let_loose
 from camrob.gap.evidence.posteriors.single_changes import single_changes
+from camrob.gap.nuisances import NUISANCE
 
 __all__ = ["COUNTS_FROM", "Evidence", "Fitted", "Spread"]
 

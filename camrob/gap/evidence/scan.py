@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.evidence.design import LEVER, NUISANCE, Panel
+from camrob.gap.evidence.design import LEVER, Panel
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.unknown import (
     LINK,
@@ -21,6 +21,7 @@ from camrob.gap.evidence.unknown import (
     quantities,
     targets,
 )
+from camrob.gap.nuisances import NUISANCE
 
 __all__ = ["DRIVE", "Shape", "covered", "gear_orders", "shapes", "uncovered_forms"]
 

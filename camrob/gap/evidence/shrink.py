@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.gap.evidence.design import NUISANCE, WITHHELD, Panel, make_panel
+from camrob.gap.evidence.design import Panel, make_panel
 from camrob.gap.evidence.evidence import Fitted
 from camrob.gap.evidence.model import Model, doubt_of, whole_gap
+from camrob.gap.nuisances import NUISANCE, WITHHELD
 from camrob.gap.observation.noise import find_outliers, noise_of
 from camrob.gap.observation.scene import Scene
 from camrob.summaries.diagnosis_summary import Shrunk
@@ -233,7 +234,7 @@ def _doubt_at(panel: Panel, values: Array, share: Array, rows: NDArray[np.bool_]
 def _floor(panel: Panel) -> float:
     """m2 of noise where a log holds single poses and tells it, else NaN."""
     stated = panel.scene.poses and np.isfinite(panel.scene.sigma[0])
-    return float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if stated else float("nan")
+    return panel.scene.share * float(np.sum(1.0 / panel.w_tcp[:, :3].max(axis=0) ** 2)) if stated else float("nan")
 
 
 def settled(model: Model, panel: Panel, rows: NDArray[np.bool_], gap: Array) -> Array:

@@ -40,7 +40,7 @@ def temperatures(panels: Sequence[Panel], mean: Array, weights: Array) -> tuple[
             parts.append(((p.y_servo - p.errors(mean)) * p.w_servo, p.w_servo))
         order = neighbours_in_row(p.scene)
         for k, (part, w) in enumerate(parts):
-            energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w))
+            energy, rows = float(np.sum(part**2)), float(np.count_nonzero(w)) * (1.0 if k else p.scene.share)
             lagged = 0.0 if p.scene.poses else _lagged(part)
             together = max(1.0 + 2.0 * max(lagged, 0.0) / max(energy, 1e-300), 1.0 / independent_share(part[order]))
             worst[k] = max(worst[k], energy * together / max(rows, 1.0))

@@ -46,7 +46,6 @@ class StageGaps:
 def stage_gaps(scene: Scene, track: ProgramTrack | None, *, why: str = "no program") -> StageGaps:
     """The gap of one log by stage. track: its program, laid beside it; why: what is said where there is none."""
     missing: list[str] = []
-    measured = scene.measured[:, :3, 3]
     at_link = scene.nominal[:, :3, 3]
     second: Array | None = None
     commanded = at_link
@@ -61,7 +60,7 @@ def stage_gaps(scene: Scene, track: ProgramTrack | None, *, why: str = "no progr
         missing.append(
             "no encoders: drives and arm can't be told apart, so lag looks like latency and friction like play"
         )
-    third = measured - at_link if scene.tracked else np.zeros_like(at_link)
+    third = scene.tcp_gap[:, :3] if scene.tracked else np.zeros_like(at_link)
     if not scene.tracked:
         missing.append("no measured pose: what the arm does behind its encoders can't be seen")
     first: Array | None = None
@@ -80,6 +79,9 @@ def lacking(scene: Scene) -> tuple[str, ...]:
         sentences.append("single poses: what depends on speed can't be seen, and direction is that of the last move")
     if scene.tracked and not scene.seen[:, 3:].any():
         sentences.append("no orientation: the tool's angles and A6 can't be told apart")
+    if scene.sight is not None:
+        seen = f"{3.0 * scene.share:.2g} of three coordinates"
+        sentences.append(f"{seen}: what moves the tool across what was measured can't be seen, and counts in no size")
     if scene.temperature is None:
         how = "can't be judged" if scene.poses else "is judged by the time since the log began"
         sentences.append(f"no temperature: warming up {how}")

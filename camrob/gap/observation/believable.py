@@ -73,15 +73,17 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
 
 def check_reading(scene: Scene) -> None:
     """Raises LogError for positions that stay the very same while the axes carry the tool on."""
-    place = scene.measured[:, :3, 3]
-    carried = np.linalg.norm(np.diff(scene.nominal[:, :3, 3], axis=0), axis=1) > _CARRIED
+    place = scene.log.matrix(scene.log.place_names)
+    step = np.diff(scene.nominal[:, :3, 3], axis=0, append=scene.nominal[-1:, :3, 3])
+    carried = np.linalg.norm(scene.told(step)[:-1], axis=1) > _CARRIED
     stuck = np.flatnonzero((np.diff(place, axis=0) == 0.0).all(axis=1) & carried)
     if scene.poses and _in_sockets(scene):
         return
     if scene.tracked and len(stuck) >= _STUCK:
         first = int(stuck[0]) + 1
         when = f"first at t = {scene.t[first]:g} s"
-        what = f"x, y, z stay the same to the last digit in {len(stuck)} rows while the axes move ({when})"
+        names = ", ".join(scene.log.place_names)
+        what = f"{names} stay the same to the last digit in {len(stuck)} rows while the axes move ({when})"
         raise scene.log.error(what, hint="leave cells empty where the instrument saw nothing new", at=first)
 
 

@@ -50,7 +50,7 @@ def align(scenes: Sequence[Scene]) -> Alignment:
     for scene in scenes:
         if scene.poses:
             continue
-        v = scene.velocity(scene.nominal[:, :3, 3])
+        v = scene.told(scene.velocity(scene.nominal[:, :3, 3]))
         if float(np.sqrt(np.mean(v**2))) < _LEAST_SPEED:
             continue
         gap = plain_gap(scene)[:, :3]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.calibration.measurements import sampled_rows
 from camrob.cell.cell import Cell
 from camrob.gap.observation.scene import make_scene
 from camrob.gap.observation.signals import delayed, pieces_of
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 _FAR = mm_to_m(30.0)  # that no gap of a working cell is larger than
 _FARTHEST = 5.0  # s that clocks are tried apart
 _LEAST = 50  # rows
+_MANY = 5000  # rows that tell it, of those from the first on
 _LEFT = 0.2  # of the gap that may be left, for the clock to be its cause
 _TRIES = 5  # steps to either side, ever finer
 _BESIDE = (*AXES, *EXTERNAL, *(f"c{n}" for n in AXES + EXTERNAL), *TORQUE, *EXTERNAL_TORQUE, *MOTOR, *CURRENT)
@@ -52,10 +54,12 @@ def _late(log: MeasurementLog, cell: Cell) -> float:
         or not all(log.has(n) or log.has(f"c{n}") for n in cell.axis_names)
     ):
         return 0.0
-    scene = make_scene(log, cell)
+    scene = make_scene(log.select(sampled_rows(len(log), _MANY)), cell)
     whole = float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1)))
     if whole <= _FAR:
         return 0.0
+    log = log.select(slice(_MANY))
+    scene = make_scene(log, cell)
     step = float(np.median(np.diff(scene.t)))
     grid = np.arange(scene.t[0], scene.t[-1], step)
     seen, axes = (_speeds(grid, scene.t, p[:, :3, 3]) for p in (scene.measured, scene.nominal))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from camrob.cell.cell import Cell
 from camrob.gap.observation.mistaken_cells import corrected_cells
 from camrob.gap.observation.scene import Scene, make_scene
-from camrob.measurement.log import POSITION, MeasurementLog
+from camrob.measurement.log import DISTANCE, POSITION, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.units import m_to_mm, rad_to_deg
 
@@ -25,6 +26,11 @@ _LEFT = 0.1  # of the gap that is left where a mistake is corrected, at the most
 _CLEARER = 0.5  # times the next best mending: then it is this one
 _FIT = 0.02  # of how far apart the readings lie, that is left at the most where frames are left open, which fit to much
 _LENGTHS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0}  # mm
+_OPEN: dict[str, dict[str, Any]] = {
+    "measured_frame": {"measured_frame": MeasuredFrame.UNKNOWN},
+    "d_from_mm": {"distance_from": None, "distance_from_unknown": True, "measured_frame": MeasuredFrame.UNKNOWN},
+    "target": {"target": Target.UNKNOWN},
+}
 _ZEROS = (90.0, -90.0, 180.0)  # degrees by which makers and textbooks count axes differently
 
 
@@ -88,12 +94,13 @@ def _corrected(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
         return MeasurementLog(plain | changed, log.info, log.path)
 
     own_frame = log.info.measured_frame is MeasuredFrame.UNKNOWN
-    for axis in POSITION[:1] if own_frame else POSITION:
+    here = [n for n in POSITION if n in plain]
+    for axis in here[:1] if own_frame else here:
         # in a frame of its own, which axis is mirrored can't be known: all three differ by a rotation
         name = "its frame is mirrored (left-handed)" if own_frame else f"its {axis} is mirrored"
         yield name, made(**{axis: -np.asarray(plain[axis])})
     if not own_frame:
-        for first, second in (("x", "y"), ("y", "z"), ("x", "z")):
+        for first, second in combinations(here, 2):
             yield (
                 f"its columns {first} and {second} are exchanged",
                 made(**{first: plain[second], second: plain[first]}),
@@ -101,7 +108,7 @@ def _corrected(log: MeasurementLog) -> Iterator[tuple[str, MeasurementLog]]:
     if log.info.poses and len(log) > 1:
         for off, word in ((1, "after"), (-1, "before")):
             kept = slice(0, -1) if off > 0 else slice(1, None)
-            moved = {n: np.roll(plain[n], -off) for n in POSITION}
+            moved = {n: np.roll(plain[n], -off) for n in (*here, DISTANCE) if n in plain}
             yield f"its readings stand one row {word} the poses that they belong to", made(**moved).select(kept)
 
 
@@ -109,17 +116,16 @@ def _opened(log: MeasurementLog, count: int) -> Iterator[tuple[str, MeasurementL
     """A log whose frame, or whose target, or both (count 2), are not what its facts say, or mean by silence."""
     plain = {n: v for n, v in log.columns.items() if n not in ("a", "b", "c")}
     told = {}
-    if log.info.measured_frame is not MeasuredFrame.UNKNOWN:
+    if log.info.distance_from is not None:
+        told['d_from_mm = "unknown"'] = "its distances are from another place"
+    elif log.info.measured_frame is not MeasuredFrame.UNKNOWN and DISTANCE not in plain:
         told['measured_frame = "unknown"'] = "x, y, z are in a frame of the instrument's own"
     if log.info.target is not Target.UNKNOWN:
         told['target = "unknown"'] = "the target that was measured is not the tool's tip"
     for keys in combinations(told, count):
         info = log.info
         for key in keys:
-            frame = key.startswith("measured_frame")
-            info = (
-                replace(info, measured_frame=MeasuredFrame.UNKNOWN) if frame else replace(info, target=Target.UNKNOWN)
-            )
+            info = replace(info, **_OPEN[key.partition(" ")[0]])
         words = " and ".join(told[k] for k in keys)
         yield f"{words} ({', '.join(keys)} in its .toml)", MeasurementLog(plain, info, log.path)
 
@@ -130,7 +136,7 @@ def _in_other_units(log: MeasurementLog, turning: Sequence[str]) -> Iterator[tup
     turned = {n: rad_to_deg(plain[n]) for a in turning for n in (a, f"c{a}") if n in plain}
     yield "its axis values are in radians", MeasurementLog(plain | turned, log.info, log.path)
     for unit, factor in _LENGTHS.items():
-        longer = {n: factor * plain[n] for n in POSITION}
+        longer = {n: factor * plain[n] for n in (*POSITION, DISTANCE) if n in plain}
         yield f"its x, y, z are in {unit}", MeasurementLog(plain | longer, log.info, log.path)
         words = f"its axis values are in radians and its x, y, z in {unit}"
         yield words, MeasurementLog(plain | turned | longer, log.info, log.path)

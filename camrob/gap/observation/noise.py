@@ -35,23 +35,26 @@ _ROBUST_TURNS, _TUKEY, _GROSS = 12, 6.0, 8.0  # times the median of what is left
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """tcp: (6,) 1-sigma at the TCP, m and rad; servo: (k,) of encoders against set-points. stated: whether LOG.toml gave it."""
+    """tcp: (6,) 1-sigma at the TCP, m and rad; servo: (k,) of encoders against set-points. stated: whether LOG.toml gave it.
+    share: of the three coordinates of a place, what a row tells.
+    """
 
     tcp: Array
     servo: Array
     stated: bool
+    share: float = 1.0
 
     @property
     def rms(self) -> float:
-        """3-D rms of the position, m."""
-        return float(np.sqrt(np.sum(self.tcp[:3] ** 2)))
+        """3-D rms of the position, m; of what is told of it."""
+        return float(np.sqrt(self.share * np.sum(self.tcp[:3] ** 2)))
 
 
 def noise_of(scene: Scene) -> Noise:
     """The noise of one log: what LOG.toml states; what second differences show, where that is clearly more or none is stated."""
     shown = np.zeros(6)
     if not scene.poses:
-        shown[:3] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, :3], scene.pieces) ** 2)))
+        shown[:3] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, :3], scene.pieces) ** 2) / scene.share))
         if scene.seen[:, 3:].all():
             shown[3:] = float(np.sqrt(np.mean(robust_sigma(scene.tcp_gap[:, 3:], scene.pieces) ** 2)))
     stated = np.nan_to_num(scene.sigma)
@@ -77,35 +80,39 @@ def noise_of(scene: Scene) -> Noise:
     if not scene.tracked:
         # nothing was measured at the tool: its place is known as well as the drives' own noise allows, carried there
         sigma[:3] = max(float(np.sqrt(np.sum((levers * servo) ** 2) / 3.0)), _FLOOR_LENGTH)
-    return Noise(sigma, servo, bool(stated[0] > 0.0))
+    return Noise(sigma, servo, bool(stated[0] > 0.0), scene.share)
 
 
-def noise_left(columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array, path: Path | None) -> Noise:
+def noise_left(
+    columns: Array, gap: Array, seen: NDArray[np.bool_], servo: Array, path: Path | None, share: float = 1.0
+) -> Noise:
     """The noise of single poses where it is not stated: what the whole library together can't explain, so at most this.
 
     columns: (N, 6, K), gap: (N, 6), seen: (N, 6), all SI; servo: as in `Noise`. Positions and turns weigh as they scatter, found
-    in rounds. path: the log's, for messages. Raises LogError where there are too few poses to tell.
+    in rounds. path: the log's, for messages; share: what a row tells of three coordinates. Raises LogError where there are too
+    few poses to tell.
     """
     rows = seen.ravel()
     X, y = columns.reshape(rows.size, -1)[rows], gap.ravel()[rows]
     turned = np.broadcast_to(np.arange(6) >= 3, seen.shape).ravel()[rows]
+    told = float(np.sum(np.where(turned, 1.0, share)))  # equations
     sigma = np.array([_ROUGH_LENGTH, _ROUGH_ANGLE])
     for _ in range(_TURNS):
         w = 1.0 / sigma[turned.astype(int)]
         Z = X * w[:, None]
         U, s, _vt = np.linalg.svd(Z / np.maximum(np.linalg.norm(Z, axis=0), 1e-30), full_matrices=False)
         U = U[:, s > _RANK * s[0]]
-        freedom = 1.0 - U.shape[1] / len(y)
+        freedom = 1.0 - U.shape[1] / told
         if freedom < _LEAST_FREEDOM:
             what = f"the noise of its {len(seen)} single poses is not stated, and they are too few to show it"
             raise LogError(what, hint="write sigma_mm (and sigma_deg) of the instrument into its .toml", path=path)
         left = (y * w - U @ (U.T @ (y * w))) / w
-        parts = [left[~turned], left[turned]]
+        parts = [left[~turned] / np.sqrt(share), left[turned]]
         sigma = np.array(
             [np.sqrt(np.mean(r**2) / freedom) if len(r) else old for r, old in zip(parts, sigma, strict=True)]
         )
     sigma = np.maximum(sigma, [_FLOOR_LENGTH, _FLOOR_ANGLE])
-    return Noise(np.repeat(sigma, 3), servo, stated=False)
+    return Noise(np.repeat(sigma, 3), servo, stated=False, share=share)
 
 
 def find_outliers(scene: Scene, noise: Noise) -> NDArray[np.bool_]:

@@ -14,10 +14,13 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.gap.observation.goals import goal_axes
+from camrob.gap.observation.gravity_loads import gravity_moments, gravity_on_axes
 from camrob.gap.observation.signals import derivative, pieces_of, play, play_at_rest
+from camrob.gap.observation.turns import without_turns
 from camrob.gap.observation.unknown_frames import Frames, fit_frames
 from camrob.measurement.log import FORCE, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
+from camrob.measurement.sight import Sight, sighted
 from camrob.se3 import rotation_log
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
@@ -32,7 +35,6 @@ PLACES = ("x", "y", "z", "rx", "ry", "rz")
 LEAST = 12  # samples that a log has at the least
 _FRAME_POSES = 4  # of a set, for each frame that is not known: twice as many readings as a frame has numbers
 _SIDE = deg_to_rad(0.02)  # way after which an axis counts as having turned round
-_WRAP = deg_to_rad(300.0)  # that no axis turns from row to row: its angle was wrapped
 ROOM_TEMPERATURE = 21.0  # degrees C at which a cell is taken to have its nominal lengths, where a log starts warmer
 
 
@@ -45,7 +47,8 @@ class Scene:
     from: encoders, else set-points. tcp_gap: (N, 6) measured less nominal at `link`; servo_gap: (N, k) encoders less
     set-points, None where one is missing. seen: (N, 6) True where measured. places: twists of a unit of every constant
     error; moments: (M, N, 2) gravity's moment of each of the cell's masses about x and y of `root` at the robot's foot, Nm;
-    pieces: runs of samples without a hole in time; sigma: (6,) the instrument's noise, NaN where unknown.
+    pieces: runs of samples without a hole in time; sigma: (6,) the instrument's noise, NaN where unknown; sight: what alone was
+    measured of places, None for all: gap and twists hold no more.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Scene:
     pieces: tuple[slice, ...]
     frames: Frames
     sigma: Array
+    sight: Sight | None = None
 
     def __len__(self) -> int:
         return len(self.t)
@@ -90,7 +94,35 @@ class Scene:
     @property
     def tracked(self) -> bool:
         """True where an instrument measured poses; else `measured` is where the encoders put the tool."""
-        return self.log.has_position
+        return self.log.sees_place
+
+    @property
+    def share(self) -> float:
+        """Coordinates of a place that a row tells, of three."""
+        return 1.0 if self.sight is None else self.sight.share
+
+    @property
+    def zero_open(self) -> bool:
+        """Whether a log's distances are all too long or too short by what is to be fitted."""
+        return self.log.info.distance_zero_unknown and self.sight is not None and self.sight.center is not None
+
+    @property
+    def longer(self) -> Array:
+        """(N, 6): how distances that are all longer by a unit move what was measured."""
+        away = np.zeros((len(self), 3)) if self.sight is None else self.sight.away
+        return np.concatenate([away, np.zeros_like(away)], axis=1)
+
+    @property
+    def sees(self) -> tuple[bool, bool, bool]:
+        """Whether some row tells anything along x, y, z of the measured frame."""
+        if self.sight is None:
+            return True, True, True
+        x, y, z = np.any(self.sight.onto != 0.0, axis=(0, 2))
+        return bool(x), bool(y), bool(z)
+
+    def told(self, twists: Array) -> Array:
+        """Twists (N, 6, ..) or shifts (N, 3, ..) with what was measured of shifts alone; themselves where that is all."""
+        return twists if self.sight is None else self.sight.of(twists)
 
     def motor(self, axis: str) -> Array | None:
         """(N,) the motor-side encoder of an axis, SI of the axis; None where not logged. One that counts in turns of the motor or
@@ -130,7 +162,7 @@ class Scene:
         plain = ErrorModel.of(self.cell, [], in_base=in_base, left=self.frames.left, right=self.frames.right)
         there = plain.poses(np.zeros(0), self.postures(values))
         turned = rotation_log(there[:, :3, :3] @ self.nominal[:, :3, :3].swapaxes(1, 2))
-        return np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1)
+        return self.told(np.concatenate([there[:, :3, 3] - self.nominal[:, :3, 3], turned], axis=1))
 
     @cached_property
     def reckoned(self) -> dict[tuple[object, ...], Mapping[str, Array]]:
@@ -235,15 +267,14 @@ def make_scene(
         missing = [a for a in axes if not log.has(a)]
         what = f"lacks the axis {missing[0] if missing else lacking} of cell {cell.name}"
         raise log.error(what, hint="give every axis of the cell, by encoder or by set-point", at=None)
-    if not log.has_position and (not all(usable.values()) or log.info.poses):
-        hint = "give x, y, z of the instrument, or a run's set-points beside its encoders"
+    if not log.sees_place and (not all(usable.values()) or log.info.poses):
+        hint = "give x, y, z of the instrument, those that it measures, or distances d, or a run's set-points beside its encoders"
         raise log.error("has no measured position", hint=hint, at=None)
     kinds = [kind for kind in ("", "c") if usable[kind]]
     whole = np.ones(len(log), bool)
     for kind in kinds:
         whole &= log.complete([f"{kind}{a}" for a in axes])
-    if log.has_position:
-        whole &= log.complete(("x", "y", "z"))
+    whole &= log.complete(log.place_names)
     frames = known if known is not None else Frames(np.eye(4), np.eye(4), fitted_left=True, fitted_right=True)
     free = (
         log.info.measured_frame is MeasuredFrame.UNKNOWN and frames.fitted_left,
@@ -259,7 +290,7 @@ def make_scene(
         raise log.error(what, hint=hint, at=int(np.argmin(whole)))
     kept = log.select(np.flatnonzero(whole))
     if all(usable.values()) and not log.info.poses and (jumping := goal_axes(kept, axes)):
-        if not log.has_position:
+        if not log.sees_place:
             what = f"holds goals that jump in c{', c'.join(jumping)}, no set-points: how well a drive follows can't be seen"
             raise log.error(what, hint="log the set-points that the drives get in every cycle", at=None)
         usable["c"] = False
@@ -290,32 +321,27 @@ def _lay_out(
 
     encoder = si(log.axes(axes)) if usable[""] else None
     setpoint = si(log.setpoints(axes)) if usable["c"] else None
-    encoder, setpoint = _without_turns(encoder, setpoint, ~prismatic, poses=log.info.poses)
+    encoder, setpoint = without_turns(encoder, setpoint, ~prismatic, poses=log.info.poses)
     edge = log.axes(axes) if usable[""] else log.setpoints(axes)
     q = cell.to_q(edge)
     plain = ErrorModel.of(cell, [], in_base=in_base)
-    measured = np.tile(np.eye(4), (len(log), 1, 1))
-    measured[:, :3, 3] = log.position if log.has_position else plain.poses(np.zeros(0), q)[:, :3, 3]
-    seen = np.ones((len(log), 6), bool)
-    if log.has_position and log.has_orientation:
-        turned = log.complete(("a", "b", "c"))
-        measured[turned, :3, :3] = log.select(np.flatnonzero(turned)).rotation
-        seen[~turned, 3:] = False
-    else:
-        seen[:, 3:] = False
+    meant = plain.poses(np.zeros(0), q)
+    measured, seen, sight = _measured(log, meant, meant if laid is None else laid.left @ meant @ laid.right)
     names = _place_names(cell, in_base)
     unknown = log.info.measured_frame is MeasuredFrame.UNKNOWN, log.info.target is Target.UNKNOWN
-    left, right = (log.has_position and side for side in unknown)
-    frames = laid or fit_frames(plain.poses(np.zeros(0), q), measured, seen, left=left, right=right, known=known)
+    left, right = (log.sees_place and side for side in unknown)
+    frames = laid or fit_frames(meant, measured, seen, left=left, right=right, known=known, sight=sight)
     model = ErrorModel.of(cell, names, in_base=in_base, left=frames.left, right=frames.right)
     ones = {"one": np.ones(len(log))}
     nominal, J = model.poses_and_jacobian(np.zeros(len(names)), q, ones)
     gap = np.zeros((len(log), 6))
-    gap[:, :3] = measured[:, :3, 3] - nominal[:, :3, 3] if log.has_position else 0.0
+    if log.sees_place:
+        gap[:, :3] = sight.beyond(nominal[:, :3, 3]) if sight else measured[:, :3, 3] - nominal[:, :3, 3]
     gap[:, 3:] = np.where(seen[:, 3:], rotation_log(measured[:, :3, :3] @ nominal[:, :3, :3].swapaxes(1, 2)), 0.0)
+    J = J if sight is None else sight.of(J)
     places = {name.removesuffix(".by.one"): np.ascontiguousarray(J[:, :, k]) for k, name in enumerate(names)}
     sigma = np.array([log.info.sigma_position] * 3 + [log.info.sigma_angle] * 3)
-    torque = _torques(model, cell, q, axes)
+    torque = gravity_on_axes(model, cell, q, axes)
     return Scene(
         name=log.path.name if log.path is not None else "log",
         cell=cell,
@@ -331,28 +357,29 @@ def _lay_out(
         seen=seen,
         places=places,
         torque=torque,
-        moments=_moments(cell, q),
+        moments=gravity_moments(cell, q),
         pieces=pieces_of(log.t),
         frames=frames,
         sigma=sigma,
+        sight=sight,
     )
 
 
-def _without_turns(
-    encoder: Array | None, setpoint: Array | None, turning: NDArray[np.bool_], *, poses: bool
-) -> tuple[Array | None, Array | None]:
-    """Axis values without the whole turns that a logger adds or takes off: a run goes on from row to row, and an encoder stands
-    in the turn of its set-point.
+def _measured(log: MeasurementLog, meant: Array, laid_out: Array) -> tuple[Array, NDArray[np.bool_], Sight | None]:
+    """Measured poses (N, 4, 4), what of them was (N, 6), and what alone of places. meant: where the cell puts the tool (N, 4, 4),
+    which is what stands in place of what was not measured; laid_out: as the measured frame sees it.
     """
-
-    def going_on(values: Array) -> Array:
-        return np.where(turning, np.unwrap(values, discont=_WRAP, axis=0), values)
-
-    if not poses:
-        encoder, setpoint = (None if v is None else going_on(v) for v in (encoder, setpoint))
-    if encoder is not None and setpoint is not None:
-        encoder = encoder - 2.0 * np.pi * np.round((encoder - setpoint) / (2.0 * np.pi)) * turning
-    return encoder, setpoint
+    sight = sighted(log, laid_out[:, :3, 3]) if log.sees_part else None
+    measured = np.tile(np.eye(4), (len(log), 1, 1))
+    measured[:, :3, 3] = sight.places if sight else log.position if log.sees_place else meant[:, :3, 3]
+    seen = np.ones((len(log), 6), bool)
+    if log.sees_place and log.has_orientation:
+        turned = log.complete(("a", "b", "c"))
+        measured[turned, :3, :3] = log.select(np.flatnonzero(turned)).rotation
+        seen[~turned, 3:] = False
+    else:
+        seen[:, 3:] = False
+    return measured, seen, sight
 
 
 def _place_names(cell: Cell, in_base: bool) -> list[str]:
@@ -368,26 +395,3 @@ def _place_names(cell: Cell, in_base: bool) -> list[str]:
             parts = ("rx", "ry") if joint.prismatic else ("x", "y", "rx", "ry")
         names += [f"{joint.name}.{part}" for part in (*parts, "zero")]
     return names
-
-
-def _torques(model: ErrorModel, cell: Cell, q: Array, axes: tuple[str, ...]) -> Array:
-    """(N, k) gravity's torques in the controller's sign."""
-    from camrob.dynamics.gravity import gravity_torques
-
-    torque = gravity_torques(model.gravity, q)
-    return np.stack([cell.joints[cell.index(a)].sign * torque[:, cell.index(a)] for a in axes], axis=1)
-
-
-def _moments(cell: Cell, q: Array) -> Array:
-    """(M, N, 2): force (0, 0, -m g) at every mass's centre, seen from `root`."""
-    from camrob.dynamics.gravity import GRAVITY
-    from camrob.kinematics.frames import base_T_joint_frames, base_T_root
-    from camrob.se3 import inverse
-
-    frames, root_T_base = base_T_joint_frames(cell, q), inverse(base_T_root(cell, q))
-    total = np.zeros((len(cell.masses), len(q), 2))
-    for k, load in enumerate(cell.masses):
-        base_p_mass = frames[cell.index(load.after)] @ np.append(load.center, 1.0)
-        root_p_mass = (root_T_base @ base_p_mass[..., None])[..., 0]
-        total[k] = load.mass * GRAVITY * np.stack([-root_p_mass[:, 1], root_p_mass[:, 0]], axis=1)
-    return total

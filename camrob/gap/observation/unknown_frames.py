@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.calibration.align import laid_by_part
+from camrob.measurement.sight import Sight
 from camrob.se3 import exp, pose, rotation_log, skew
 
 __all__ = ["Frames", "fit_frames", "left_twists", "right_twists"]
@@ -27,18 +29,30 @@ class Frames:
 
 
 def fit_frames(
-    nominal: Array, measured: Array, seen: NDArray[np.bool_], *, left: bool, right: bool, known: Frames | None = None
+    nominal: Array,
+    measured: Array,
+    seen: NDArray[np.bool_],
+    *,
+    left: bool,
+    right: bool,
+    known: Frames | None = None,
+    sight: Sight | None = None,
 ) -> Frames:
     """The frames that bring nominal poses (N, 4, 4) to the measured ones, robustly; the identity where they are known.
 
     known: frames of another log, which are taken as they are where it did not leave them open. Gauss-Newton from the rigid fit
-    of the points; orientations weigh as if at half a metre.
+    of the points; orientations weigh as if at half a metre. sight: what alone was measured of places.
     """
     if known is not None and ((left and not known.fitted_left) or (right and not known.fitted_right)):
         L = known.left if left and not known.fitted_left else np.eye(4)
         R = known.right if right and not known.fitted_right else np.eye(4)
         rest = fit_frames(
-            L @ nominal @ R, measured, seen, left=left and known.fitted_left, right=right and known.fitted_right
+            L @ nominal @ R,
+            measured,
+            seen,
+            left=left and known.fitted_left,
+            right=right and known.fitted_right,
+            sight=sight,
         )
         # only one side is open: the other stands between it and the chain
         return Frames(rest.left @ L, R @ rest.right, rest.fitted_left, rest.fitted_right)
@@ -46,7 +60,7 @@ def fit_frames(
     if not left and not right:
         return Frames(L, R, False, False)
     if left:
-        L = _rigid(nominal[:, :3, 3], measured[:, :3, 3])
+        L = _rigid(nominal[:, :3, 3], measured[:, :3, 3]) if sight is None else laid_by_part(nominal[:, :3, 3], sight)
     turned = seen[:, 3:].all(axis=1)
     if left and right and turned.sum() > 5:
         L[:3, :3] = _left_rotation(nominal[turned, :3, :3], measured[turned, :3, :3], L[:3, :3])
@@ -58,9 +72,11 @@ def fit_frames(
     for _ in range(_ROUNDS):
         now = L @ nominal @ R
         residual = np.zeros((len(now), 6))
-        residual[:, :3] = measured[:, :3, 3] - now[:, :3, 3]
+        residual[:, :3] = measured[:, :3, 3] - now[:, :3, 3] if sight is None else sight.beyond(now[:, :3, 3])
         residual[:, 3:] = np.where(seen[:, 3:], rotation_log(measured[:, :3, :3] @ now[:, :3, :3].swapaxes(1, 2)), 0.0)
         X = np.concatenate([left_twists(now)] * left + [right_twists(now)] * right, axis=2)
+        if sight is not None:
+            X = sight.of(X)
         size = np.linalg.norm(residual[:, :3], axis=1)
         robust = 1.0 / np.maximum(1.0, size / (3.0 * np.median(size) + 1e-12))
         w = np.where(seen, weight, 0.0) * np.sqrt(robust)[:, None]

@@ -210,8 +210,9 @@ def answered(method: Callable, folder: Path, seed: int, without: Sequence[str], 
     """An answer as the scorer reads it."""
     from camrob.cell.read_cell import read_cell
     from camrob.gap.effects.registry import library
-    from camrob.gap.evidence.design import WITHHELD, make_panel
+    from camrob.gap.evidence.design import make_panel
     from camrob.gap.evidence.model import whole_gap
+    from camrob.gap.nuisances import WITHHELD
     from camrob.gap.observation.noise import find_outliers, noise_of
     from camrob.gap.pose_sets import fitted_scenes, withheld_scene
     from camrob.measurement.read_log import read_log
