@@ -28,7 +28,7 @@ _FAR_FROM_IT = 6.0  # times an ordinary value, from which something is to be loo
 class WhichAxis:
     """moves_mm: how far each axis moves the tool by its own values (rms), the largest first, None for no axis; stands_out: the
     axis that does far more than the others, or those that do otherwise than all of them; far: times an ordinary value, of what
-    stands out, or of all where nothing has an axis; shared: whether all axes share a value.
+    stands out, or of all where nothing has an axis; shared: whether all axes share a value, or would as a rule and don't.
     """
 
     moves_mm: Mapping[str, float] | None
@@ -58,7 +58,16 @@ def which_axis(model: Model, own: Set) -> WhichAxis:
     shared = bool(each) and any(not model.units[i].axis for i in own)
     odd = _otherwise(each, fitted_values(model, own)) if shared else _far_more(each, _rms(_seen(model, own)))
     far = _by_usual(fitted_values(model, _of_axis(model, own, odd[0]) if odd else own))
-    return WhichAxis({a: m_to_mm(rms) for a, rms in each.items()} or None, odd, far, shared)
+    return WhichAxis(
+        {a: m_to_mm(rms) for a, rms in each.items()} or None, odd, far, shared or _of_one_alone(model, own)
+    )
+
+
+def _of_one_alone(model: Model, own: Set) -> bool:
+    """Whether axes have for themselves what all axes that moved have alike, as a rule."""
+    kinds = {model.units[i].effect for i in own}
+    like = {unit.axis for unit in model.units if unit.effect in kinds}
+    return "" in like and len(like - {""}) > len({model.units[i].axis for i in own})
 
 
 def fitted_values(model: Model, own: Set) -> dict[str, FittedValue]:
