@@ -73,7 +73,7 @@ EFFECT = Effect(
     physics="The real axis value is the reported one and a constant.",
     stages=("encoder_to_tcp",),
     regimes=("position",),
-    experiment="re-master the axis with the electronic gauge, or measure ten postures that turn the other axes widely",
+    experiment="measure ten postures that turn the other axes widely, or hold the gauge to the marks and enter nothing yet",
     remedy=(
         "master these axes again (the gauge, not the eye), or enter the offset where the controller takes one, and "
         "check the marks after any crash"
