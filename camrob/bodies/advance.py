@@ -30,6 +30,7 @@ _SPLITS = 30  # halvings of a path step: fine enough for a millimetre of a motio
 _ROUGH = 0.1  # of a distance to a mesh, on the way
 _EXACT = 1e-3
 _BLOCK = 8  # points: most samples reach over some ten
+_NEAR = 0.3  # m between the balls about two bodies within which their distance saves samples
 _CLOSE = 0.1  # how finely the smallest clearance is looked for, as a part of itself
 
 
@@ -207,6 +208,7 @@ def follow_pair(
     active: NDArray[np.bool_],
     step: float,
     budget: int,
+    touches: bool,
     hit: NDArray[np.bool_],
 ) -> tuple[float, int, float, int]:
     """Clearance of bodies a and b (a rides farther out) along postures q (M, n), straight in the joints between them.
@@ -215,7 +217,8 @@ def follow_pair(
     hit[j] where the bodies touch at point j or on the way to it. Samples lie nowhere farther apart than
     max(clearance, step) in motion of any point of the bodies; `step` doubles each time `budget` samples are used up.
     Returns the smallest clearance found (m, inf without a sample), the point where (or on the way to which) it is, the
-    largest motion between samples that no clearance covered (m, 0 where all is proven), and the number of samples.
+    largest motion between samples that no clearance covered (m, 0 where all is proven), and the number of samples. touches:
+    nothing but these is looked for, in fewer samples; the clearance is 0 then, or inf.
     """
     low, high = riders.link[b] + 1, riders.link[a]
     count, n = q.shape
@@ -223,7 +226,8 @@ def follow_pair(
     R, p, rho = np.empty((3, 3)), np.empty(3), np.zeros(n)
     posture, closest, turn, trial = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     root_a, root_b, pieces = riders.root[a], riders.root[b], riders.pieces
-    clearance, at, blind, samples = np.inf, 0, 0.0, 0
+    clearance, at, blind, samples = 0.0 if touches else np.inf, 0, 0.0, 0
+    near = _NEAR if touches else 2.0 * step
     finest, k, t, stop = step, 0 if count == 1 and active[0] else _next_run(active, 0), 0.0, 0
     while k < count:
         if k + 1 >= stop:
@@ -233,7 +237,7 @@ def follow_pair(
         _place(links, riders, a, b, posture, R, p, rho)
         here = k + 1 if t > 0.0 else k
         d = ball_distance(pieces, root_a, root_b, R, p)
-        if d <= max(clearance, 2.0 * step):
+        if d <= max(clearance, near, 2.0 * step):
             d = tree_distance(pieces, root_a, root_b, R, p, _ROUGH, search)
         samples += 1
         step *= 2.0 if samples % budget == 0 else 1.0
@@ -257,6 +261,8 @@ def follow_pair(
             k, t = _next_run(active, new_k), 0.0
         else:
             k, t = new_k, new_t
+    if touches:
+        clearance = 0.0 if np.any(hit) else np.inf
     if 0.0 < clearance < np.inf:
         _place(links, riders, a, b, closest, R, p, rho)
         clearance = tree_distance(pieces, root_a, root_b, R, p, _EXACT, search)

@@ -140,17 +140,19 @@ def tree_distance(
     p: Array,
     tolerance: float,
     search: Search,
+    enough: float = np.inf,
 ) -> float:
-    """Distance of two bodies, m, to within `tolerance` of itself and never above the true one; 0.0 where they touch.
+    """Distance of two bodies, m, to within `tolerance` of itself and never above the true one; 0.0 where they touch. Of bodies
+    farther apart than `enough` no more is found out than that.
 
     R (3, 3), p (3,): body a seen from body b. search: of the same two bodies in a posture close by, or a new one.
     """
     witness, stack, bounds, work = search
     if pieces.left[root_a] < 0 and pieces.left[root_b] < 0:
-        return float(piece_distance(pieces, root_a, root_b, R, p, np.inf, min(tolerance, _FINE), work))
-    best = np.inf
+        return float(piece_distance(pieces, root_a, root_b, R, p, enough, min(tolerance, _FINE), work))
+    best = enough
     if witness[0] >= 0:
-        best = piece_distance(pieces, witness[0], witness[1], R, p, np.inf, _FINE, work)
+        best = min(enough, piece_distance(pieces, witness[0], witness[1], R, p, np.inf, _FINE, work))
         if best <= 0.0:
             return 0.0
     low = best  # of what is passed over
@@ -170,12 +172,12 @@ def tree_distance(
                 na = pieces.left[a] if side == 0 else pieces.right[a]
             else:
                 nb = pieces.left[b] if side == 0 else pieces.right[b]
-            enough = (1.0 - tolerance) * best
+            close = (1.0 - tolerance) * best
             d = ball_distance(pieces, na, nb, R, p)
             leaf = pieces.left[na] < 0 and pieces.left[nb] < 0
-            if d < enough:
-                d = piece_distance(pieces, na, nb, R, p, enough, _FINE if leaf else _COARSE, work)
-            if d >= enough:
+            if d < close:
+                d = piece_distance(pieces, na, nb, R, p, close, _FINE if leaf else _COARSE, work)
+            if d >= close:
                 low = min(low, d)
             elif leaf:
                 best = d

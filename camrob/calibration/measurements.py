@@ -82,11 +82,8 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
     """The poses of a log, rows with empty cells left out and counted; encoders where there are some, else set-points.
 
     Raises LogError where the log lacks the position or an axis of the cell, moves an axis that the cell lacks, or
-    holds no whole row; for distances whose zero isn't known, which no fit here holds beside the robot's parameters.
+    holds no whole row.
     """
-    if log.info.distance_zero_unknown:
-        hint = "measure the bar or wire, and leave d_zero out; camrob diagnose takes the log as it is"
-        raise LogError('has d_zero = "unknown", which a calibration does not fit', hint=hint, path=log.path)
     names = cell.axis_names
     strange = [n for n in log.axis_names if n not in names]
     for name in strange:

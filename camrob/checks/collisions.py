@@ -49,6 +49,7 @@ def check_collisions(
     step: float = STEP,
     touch: float = TOUCH,
     max_samples: int = MAX_SAMPLES,
+    touches: bool = False,
     progress: Share | None = None,
 ) -> CollisionReport:
     """Follows every pair of bodies that may not touch along postures q (M, n), straight in the joints between points.
@@ -62,7 +63,8 @@ def check_collisions(
     may touch the part while it cuts; in air it may not by more than `touch` (m), and close to where a cut ends or
     begins it is seen as a ball cutter. The stock never stops the tool, which cuts it; everything else may touch
     neither. Samples are as far apart as the clearance allows, and at least `step` (m); where max_samples would not do,
-    the step grows. progress is called after each pair. Raises ValueError for arrays that don't fit,
+    the step grows. touches: nothing is found out but these, in a part of the time; clearances are 0 then, or inf. progress is
+    called after each pair. Raises ValueError for arrays that don't fit,
     CellError for a mesh of the cell that can't be read.
     """
     q = np.ascontiguousarray(q, float)
@@ -83,7 +85,8 @@ def check_collisions(
     mounted = cell_bodies(cell, tool)
     air = _air(cell, mounted, q, cut)
     bodies, pairs, skipped = plan_pairs((*mounted, *fixed) if count else (), air, touch)
-    found = _follow(cell, bodies, pairs, air, step, max(1000, max_samples // max(1, len(pairs))), progress)
+    budget = max(1000, max_samples // max(1, len(pairs)))
+    found = _follow(cell, bodies, pairs, air, step, budget, touches, progress)
     rooms, touched = [room for room, _ in found], [points for _, points in found]
     return _report(rooms, touched, pairs, cut, lines, regions, skipped)
 
@@ -106,6 +109,7 @@ def _follow(
     air: AirRuns,
     step: float,
     budget: int,
+    touches: bool,
     progress: Share | None,
 ) -> list[tuple[PairClearance, NDArray[np.int64]]]:
     """For each pair its clearance and the points at which, or on the way to which, it touches."""
@@ -117,7 +121,7 @@ def _follow(
 
     def one(pair: Pair) -> tuple[PairClearance, NDArray[np.int64]]:
         hit = np.zeros(len(air.q), bool)
-        along = follow_pair(links, riders, pair.far, pair.near, air.q, ranges, pair.active, step, budget, hit)
+        along = follow_pair(links, riders, pair.far, pair.near, air.q, ranges, pair.active, step, budget, touches, hit)
         return _pair_report(cell, bodies, pair, air, hit, along)
 
     out = []

@@ -8,17 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.bodies.advance import Riders, chain_links, pair_distances
+from camrob.bodies.advance import pair_distances
 from camrob.bodies.bodies import JOB_GROUPS, Body, cell_bodies, job_body
-from camrob.bodies.tree import join_pieces
+from camrob.bodies.room import Room, room_of
 from camrob.cell.cell import Cell
 from camrob.cell.setup import ToolSetup
 from camrob.checks.air import AirRuns
 from camrob.checks.pairs import plan_pairs
 
-__all__ = ["Rooms", "pair_rooms"]
+__all__ = ["Rooms", "job_room", "pair_rooms"]
 
 Array = NDArray[np.float64]
+Keep = Callable[[Body, Body], bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ def pair_rooms(
     base_T_part: Array | None = None,
     tool: ToolSetup | None = None,
     touch: float | None = None,
-    keep: Callable[[Body, Body], bool] | None = None,
+    keep: Keep | None = None,
 ) -> Rooms:
     """The room between the bodies that `check_collisions` follows, in postures q (K, n), some 10 us a pair and posture.
 
@@ -47,20 +48,48 @@ def pair_rooms(
     CellError for a mesh of the cell that can't be read.
     """
     q = np.ascontiguousarray(q, float)
+    names, room = _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, touch, keep)
+    if room is None:
+        return Rooms((), np.empty((0, len(q))))
+    distance = np.stack([pair_distances(room.links, room.riders, int(a), int(b), q) for a, b in room.pairs])
+    return Rooms(names, distance)
+
+
+def job_room(
+    cell: Cell,
+    *,
+    part_mesh: Array | None = None,
+    stock_mesh: Array | None = None,
+    base_T_part: Array | None = None,
+    tool: ToolSetup | None = None,
+) -> Room | None:
+    """The pairs of `pair_rooms` for `rooms`, which finds the least distance of all of them in one pass, some microseconds a
+    posture; the tool is not held to the part. None where no two bodies may not touch.
+    """
+    return _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, None, None)[1]
+
+
+def _pairs(
+    cell: Cell,
+    part_mesh: Array | None,
+    stock_mesh: Array | None,
+    base_T_part: Array | None,
+    tool: ToolSetup | None,
+    touch: float | None,
+    keep: Keep | None,
+) -> tuple[tuple[tuple[str, str], ...], Room | None]:
+    """Names of the bodies of each pair, and the pairs."""
     base_T_part = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)
     job = [
         job_body(group, np.asarray(mesh, float), base_T_part)
         for group, mesh in zip(JOB_GROUPS, (part_mesh, stock_mesh), strict=True)
         if mesh is not None
     ]
-    free, near = np.full(len(q), touch is not None), np.zeros(len(q), np.bool_)
+    free, near = np.full(1, touch is not None), np.zeros(1, np.bool_)
     every = (*cell_bodies(cell, tool), *job)
-    bodies, pairs, _ = plan_pairs(every, AirRuns(q, np.arange(len(q)), free, near), touch or 0.0)
+    bodies, pairs, _ = plan_pairs(every, AirRuns(cell.q_home[None], np.zeros(1, np.int64), free, near), touch or 0.0)
     pairs = tuple(p for p in pairs if keep is None or keep(bodies[p.far], bodies[p.near]))
     if not pairs:
-        return Rooms((), np.empty((0, len(q))))
-    pieces, roots = join_pieces([b.pieces for b in bodies])
-    riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
-    links = chain_links(cell)
-    distance = np.stack([pair_distances(links, riders, p.far, p.near, q) for p in pairs])
-    return Rooms(tuple((bodies[p.far].name, bodies[p.near].name) for p in pairs), distance)
+        return (), None
+    names = tuple((bodies[p.far].name, bodies[p.near].name) for p in pairs)
+    return names, room_of(cell, bodies, [(p.far, p.near) for p in pairs])

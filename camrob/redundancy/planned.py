@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from camrob.bodies.room import Room
 from camrob.cell.cell import Cell
 from camrob.errors import CellError
 from camrob.findings import Finding, Severity
@@ -48,6 +49,7 @@ def resolve_planned(
     *,
     mode: str = "knee",
     obstacles: Obstacles | None = None,
+    room: Room | None = None,
     score: Score | None = None,
     errors: PostureErrors | None = None,
     run: Run | None = None,
@@ -58,6 +60,8 @@ def resolve_planned(
 
     obstacles(path, solution) says at which points (N,) a solution touches something: the plan is made anew there (a solution
     that still touches is returned; whoever checks it, finds it).
+    room: the bodies that may not touch. Where mending a plan doesn't lead out of what it touches, the search goes round all
+    candidates that touch something by these, and `obstacles` finds what is touched between them.
     score: 1/k_F of batches of arm postures, for the certificate's scan (`scan_batched`); None: the compiled kernels.
     errors: what is known of the machine's errors: the part's expected error then stands in the objective with the weight
     `accuracy` of the cell (FOR_ACCURACY where that is 0), and the plan is returned only where it expects clearly
@@ -84,7 +88,7 @@ def resolve_planned(
         return published(cell, path, f"{error.what}", report_share)
     if not len(space.free):
         return published(cell, path, f"cell {cell.name} has no spare freedom to plan", report_share)
-    task = Task(cell, space, mode, score, Clock(seconds))
+    task = Task(cell, space, mode, score, Clock(seconds), room=room)
     solution = cleared(task, path, obstacles, report_share, run)
     if errors is not None and solution.method == "planned":
         solution = _for_accuracy(

@@ -36,9 +36,9 @@ from camrob.jobs.compensate import compensate
 from camrob.jobs.diagnose import diagnose
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.measurement.write_log import write_log
-from camrob.redundancy.planning.candidates import candidate_nodes
 from camrob.redundancy.planning.certificate import external_grid
 from camrob.redundancy.planning.freedoms import conditioning, plan_space, plan_work
+from camrob.redundancy.planning.layers import candidate_nodes
 from camrob.redundancy.planning.objective import Objective, plan_weights
 
 Array = NDArray[np.float64]

@@ -16,8 +16,8 @@ import numpy as np
 from cppflow_judge import Verdict, judge
 from cppflow_problems import NAMES, Problem, build_cell, read_problem
 
+from camrob.bodies.room import cell_room
 from camrob.errors import JobError
-from camrob.redundancy.tracing.room import cell_room
 from camrob.redundancy.tracing.traced import Trace, trace_poses
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "benchmarks"

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from camrob.calibration.calibrate import fit_cell
 from camrob.calibration.measurements import measurements_of
 from camrob.cell.read_cell import read_cell
-from camrob.errors import LogError
 from camrob.gap.observation.scene import make_scene
 from camrob.measurement.log import MeasurementLog
 from camrob.measurement.log_info import LogInfo, MeasuredFrame
@@ -78,13 +75,6 @@ def test_zeros_come_out_of_less_than_places(arm, what) -> None:
         parameter = found.parameters[name]
         assert abs(np.degrees(parameter.value) - degrees) < 4.0 * np.degrees(parameter.std), name
         assert np.degrees(parameter.std) < 0.01
-
-
-def test_distances_whose_zero_isn_t_known_are_refused_and_not_held_at_a_first_guess(arm) -> None:
-    log = measured("wire")
-    log = MeasurementLog(log.columns, replace(log.info, distance_zero_unknown=True))
-    with pytest.raises(LogError, match="d_zero.*which a calibration does not fit.*camrob diagnose"):
-        measurements_of(log, arm)
 
 
 def test_a_height_is_a_face_whose_normal_is_up(arm) -> None:

@@ -31,7 +31,7 @@ def job_obstacles(inputs: JobInputs) -> Callable[[ToolPathInBase, Solution], NDA
     """
 
     def touching(path: ToolPathInBase, solution: Solution) -> NDArray[np.bool_]:
-        report, point = _looked_at(inputs, path, solution)
+        report, point = _looked_at(inputs, path, solution, touches=True)
         out = np.zeros(len(path), np.bool_)
         out[point[np.asarray(report.hit)]] = True
         return out
@@ -45,7 +45,7 @@ def job_collisions(inputs: JobInputs, path: ToolPathInBase, solution: Solution) 
 
 
 def _looked_at(
-    inputs: JobInputs, path: ToolPathInBase, solution: Solution
+    inputs: JobInputs, path: ToolPathInBase, solution: Solution, *, touches: bool = False
 ) -> tuple[CollisionReport, NDArray[np.int64]]:
     """The report over K postures, and the path point (K,) that each belongs to."""
     solution = free_routes(inputs, path, solution)
@@ -64,7 +64,8 @@ def _looked_at(
     sort = np.argsort(place, kind="stable")
     point = np.clip(np.ceil(place[sort]).astype(np.int64), 0, n - 1)
     own = place[sort] == np.floor(place[sort])
-    return collisions_at(inputs, path, np.concatenate(q)[sort], point, path.cutting[point] & own), point
+    rows, cut = np.concatenate(q)[sort], path.cutting[point] & own
+    return collisions_at(inputs, path, rows, point, cut, touches=touches), point
 
 
 def free_routes(inputs: JobInputs, path: ToolPathInBase, solution: Solution) -> Solution:
@@ -115,7 +116,7 @@ def _free_vias(inputs: JobInputs, path: ToolPathInBase, air: ClearAir, ends: Arr
 
 def _blocked(inputs: JobInputs, path: ToolPathInBase, rows: Array, at: int) -> bool:
     point = np.full(len(rows), at)
-    return bool(np.any(collisions_at(inputs, path, rows, point, np.zeros(len(rows), np.bool_)).hit))
+    return bool(np.any(collisions_at(inputs, path, rows, point, np.zeros(len(rows), np.bool_), touches=True).hit))
 
 
 def _route(r: Revision) -> Array:
@@ -137,9 +138,15 @@ def _ptp(first: Array, last: Array) -> Array:
 
 
 def collisions_at(
-    inputs: JobInputs, path: ToolPathInBase, q: Array, point: NDArray[np.int64], cutting: NDArray[np.bool_]
+    inputs: JobInputs,
+    path: ToolPathInBase,
+    q: Array,
+    point: NDArray[np.int64],
+    cutting: NDArray[np.bool_],
+    *,
+    touches: bool = False,
 ) -> CollisionReport:
-    """What postures (K, n), at path points (K,), touch."""
+    """What postures (K, n), at path points (K,), touch; touches: clearances are of no matter."""
     return check_collisions(
         inputs.cell,
         q,
@@ -148,4 +155,5 @@ def collisions_at(
         region=path.region[point],
         **inputs.bodies,
         tool=inputs.tool,
+        touches=touches,
     )

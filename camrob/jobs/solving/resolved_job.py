@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.checks.rooms import job_room
 from camrob.errors import InputError, JobError, VerificationError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.files.kept_apart import kept_apart
@@ -147,6 +148,7 @@ def _solved(
         inputs.cell,
         inputs.path,
         obstacles=job_obstacles(inputs),
+        room=job_room(inputs.cell, **inputs.bodies, tool=inputs.tool),
         score=score,
         errors=errors,
         run=job_run(inputs.cell, inputs.rapid_speed),

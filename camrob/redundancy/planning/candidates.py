@@ -1,9 +1,6 @@
-"""Candidate postures at coarse waypoints: external postures that promise much, all rolls and branches, all turns."""
+"""Candidate postures at one pose, compiled: external postures that promise much, all rolls and branches, all turns."""
 
 from __future__ import annotations
-
-from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +8,11 @@ from numpy.typing import NDArray
 from camrob.compiled import kernel, part
 from camrob.kinematics.arm import reach
 from camrob.kinematics.spherical_wrist import BRANCH_OK
-from camrob.redundancy.accuracy.part_error import PUSH
-from camrob.redundancy.planning.certificate import Certificate, Survey, inside
+from camrob.redundancy.planning.certificate import inside
 from camrob.redundancy.planning.freedoms import PlanSpace, PlanWork, conditioning, plan_work, pose_in_foot
 from camrob.redundancy.planning.objective import BEYOND, Objective, error_price, posture_price
 
-__all__ = ["Nodes", "candidate_nodes", "external_prices", "region_seeds"]
+__all__ = ["ROLLS", "external_prices", "layer"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -24,99 +20,8 @@ Ints = NDArray[np.int64]
 ROLLS = 24  # of a turn
 ROLLS_KEPT = 2  # cheapest rolls a branch, apart from each other
 LATTICE = 3  # every third roll is a candidate however dear: a plan may have to pass through it
-NODES = 1000  # a layer at most
-TURNS_KEPT = (
-    4  # whole turns of a posture that a layer takes, in the mean: more of them lead a UR10e's forearm into the stock
-)
+_TURNS = 4  # whole turns of a posture that a layer has room for at first
 VARIANTS = 64  # of a posture by whole turns, at most
-
-
-class Nodes(NamedTuple):
-    """Candidates of T layers: offset (T + 1,); u (M, F), q (M, 6), branch (M,), price (M,) a metre."""
-
-    offset: Ints
-    u: Array
-    q: Array
-    branch: Ints
-    price: Array
-
-
-def region_seeds(survey: Survey, members: Ints, count: int, *, spread: bool) -> Array:
-    """External postures (K, E) for poses (indices `members`) of one region, K <= count.
-
-    The ones that suit all its scanned poses best, and with `spread` also the best ones of single poses.
-    """
-    anchors = np.unique(survey.nearest[members])
-    rows = survey.best[anchors].astype(float)
-    cost = (1.0 / np.maximum(rows, 0.05)) ** 4 if survey.price is None else survey.price[anchors]
-    order = np.argsort(cost.mean(axis=0), kind="stable")
-    if not spread:
-        return np.asarray(survey.grid[order[:count]])
-    chosen = list(order[: count // 2])
-    ranks = np.argsort(cost, axis=1, kind="stable")
-    for rank in range(ranks.shape[1]):
-        for row in ranks:
-            if len(chosen) >= count:
-                return np.asarray(survey.grid[chosen])
-            if row[rank] not in chosen:
-                chosen.append(row[rank])
-    return np.asarray(survey.grid[chosen])
-
-
-def candidate_nodes(
-    space: PlanSpace,
-    objective: Objective,
-    frames: Array,
-    seeds: list[Array],
-    certificate: Certificate | None = None,
-    push: Array | None = None,
-) -> Nodes:
-    """Candidates of poses (T, 4, 4): `seeds` holds the external postures (K, E) to try at each; with a certificate (T poses)
-    its own best posture is one, too. push: (T, PUSH), where the part's error is looked at.
-    """
-    external, rows = len(space.free) - space.roll, 8 * TURNS_KEPT * (ROLLS_KEPT + ROLLS // LATTICE + 1)
-
-    def one(t: int) -> tuple[Array, Array, Ints, Array]:
-        grid, best = seeds[t], None
-        if certificate is not None and certificate.inv_kf[t] > 0.0:
-            best = np.array(certificate.u[t])  # a copy: frozen arrays would be compiled for separately
-            grid = np.concatenate([grid, best[None, :external]])
-        frame = np.ascontiguousarray(frames[t])
-        u, q, branch, price = _layer(
-            space,
-            objective,
-            frame,
-            np.ascontiguousarray(grid),
-            best is not None,
-            best if best is not None else np.zeros(len(space.free)),
-            ROLLS,
-            np.array(push[t]) if push is not None and len(push) else np.zeros(PUSH),
-            space.lower,
-            space.upper,
-        )
-        u, q, branch, price = (x[: rows * len(grid)] for x in (u, q, branch, price))
-        keep = _kept(u[:, :external], price)
-        return u[keep], q[keep], branch[keep], price[keep]
-
-    with ThreadPoolExecutor(2) as pool:  # the kernel releases the interpreter's lock
-        layers = list(pool.map(one, range(len(frames))))
-    counts = np.array([0, *(len(layer[3]) for layer in layers)])
-    us, qs, branches, prices = (np.concatenate(column) for column in zip(*layers, strict=True))
-    return Nodes(np.cumsum(counts), us, qs, branches, prices)
-
-
-def _kept(external: Array, price: Array) -> Ints:
-    """Indices of NODES candidates at most, the cheapest first of each external posture, so that none dies out for being dear
-    at one pose.
-    """
-    if len(price) <= NODES:
-        return np.argsort(price, kind="stable")
-    group = np.concatenate([[0], np.cumsum(np.any(external[1:] != external[:-1], axis=1))])
-    order = np.lexsort((price, group))
-    first = np.flatnonzero(np.diff(group[order], prepend=-1))
-    rank = np.empty(len(price), np.int64)
-    rank[order] = np.arange(len(price)) - np.repeat(first, np.diff(np.append(first, len(price))))
-    return np.lexsort((price, rank))[:NODES]
 
 
 @kernel(nogil=True)
@@ -205,7 +110,7 @@ def _longer(rows: Array, count: int) -> Array:
 
 
 @kernel(nogil=True)
-def _layer(
+def layer(
     space: PlanSpace, objective: Objective, frame: Array, grid: Array, exact: bool, best: Array, rolls: int, push: Array,
     lower: Array, upper: Array,
 ) -> tuple[Array, Array, Ints, Array]:  # fmt: skip
@@ -218,7 +123,7 @@ def _layer(
     work = plan_work()
     q_all, price, angle = np.empty((count, 8, 6)), np.empty((count, 8)), np.zeros(count)
     chosen, rest, well = np.zeros(count, np.bool_), np.empty(count), np.empty((count, 8))
-    room = M * 8 * (ROLLS_KEPT + count // LATTICE + 1) * 4
+    room = M * 8 * (ROLLS_KEPT + count // LATTICE + 1) * _TURNS
     u_out, q_out = np.empty((room, F)), np.empty((room, 6))
     branch_out, price_out = np.empty(room, np.int64), np.empty(room)
     variants, u = np.empty((VARIANTS, 6)), np.zeros(F)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.redundancy.accuracy.part_error import SHARE
-from camrob.redundancy.planning.candidates import Nodes
 from camrob.redundancy.planning.dynamic_programming import Layers, Way, cheapest_way
-from camrob.redundancy.planning.forbidding import forbidden, forbidden_price
+from camrob.redundancy.planning.forbidding import LOOKS, RoomOf, forbidden, forbidden_price, narrow, room_price
 from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.layers import Nodes
 from camrob.redundancy.planning.objective import AIR_SHARE, Moves, Objective, motion_price, plan_prices
 from camrob.redundancy.planning.refinement import ITERATIONS, Course, arm_along, refine_course
 from camrob.redundancy.planning.waypoints import Waypoints
@@ -95,10 +95,12 @@ def search(
     still: bool,
     travel: float,
     retract: float = RETRACT_PRICE,
+    room_of: RoomOf | None = None,
 ) -> Way:
     """The cheapest way through candidates of waypoints `w`; `still` holds the external axes within a region.
 
-    travel: times the cell's price of external travel; retract: m, price of a re-posture that needs a retract.
+    travel: times the cell's price of external travel; retract: m, price of a re-posture that needs a retract. With `room_of` no
+    candidate on the way touches anything, where there is such a way.
     """
     T, F, external = len(w), len(space.free), len(space.free) - space.roll
     n = F + 7
@@ -119,11 +121,18 @@ def search(
     jump = np.where(w.safe, objective.reposture, np.where(w.on_point, retract, np.inf))
     endless = np.zeros(n, np.bool_)
     endless[:F] = space.u_endless
-    price = (nodes.price + forbidden_price(objective, nodes.offset, nodes.q, w.s)) * np.repeat(
-        waypoint_weights(w), np.diff(nodes.offset)
-    )
-    way: Way = cheapest_way(Layers(nodes.offset, x, price, window, rate, square, top, motion.haste, endless, jump))
-    return way
+    weight = np.repeat(waypoint_weights(w), np.diff(nodes.offset))
+    price = (nodes.price + forbidden_price(objective, nodes.offset, nodes.q, w.s)) * weight
+    layers = Layers(nodes.offset, x, price, window, rate, square, top, motion.haste, endless, jump)
+    for look in range(LOOKS if room_of is not None else 0):
+        way: Way = cheapest_way(layers._replace(price=price + room_price(nodes) * weight))
+        if way.reached < T or room_of is None:
+            break
+        some = np.unique(np.concatenate([way.arrive, way.leave]))
+        if not narrow(nodes, some, room_of, 2**look) or look == LOOKS - 1:
+            return way
+    freely: Way = cheapest_way(layers)  # what it touches is told by the plan
+    return freely
 
 
 def _same_region(w: Waypoints) -> Mask:

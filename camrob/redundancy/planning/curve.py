@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.redundancy.clock import Clock
-from camrob.redundancy.planning.candidates import Nodes, candidate_nodes, region_seeds
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.choice import CurvePoint, Knee, plan_point
 from camrob.redundancy.planning.course import RETRACT_PRICE, Draft, draft_course, relaxed, search, stopped
+from camrob.redundancy.planning.forbidding import RoomOf
 from camrob.redundancy.planning.freedoms import PlanSpace
+from camrob.redundancy.planning.layers import Nodes, candidate_nodes, region_seeds
 from camrob.redundancy.planning.local_lattice import local_nodes
 from camrob.redundancy.planning.objective import Objective
 from camrob.redundancy.planning.waypoints import Waypoints
@@ -47,6 +48,7 @@ class Landscape:
     coarse: Ints
     still_nodes: Nodes | None
     flow_nodes: Nodes | None
+    room_of: RoomOf | None = None
 
     def searched(self, travel: float, *, still: bool = False, retract: float = RETRACT_PRICE) -> Draft | None:
         """The search's draft, external travel priced `travel` times the cell's weight, a retract `retract`, m; None where
@@ -56,7 +58,9 @@ class Landscape:
         if nodes is None or np.any(np.diff(nodes.offset) == 0):
             return None
         at = self.w.take(self.coarse)
-        way = search(self.space, self.objective, at, nodes, still=still, travel=travel, retract=retract)
+        way = search(
+            self.space, self.objective, at, nodes, still=still, travel=travel, retract=retract, room_of=self.room_of
+        )
         if way.reached < len(at):
             return None
         return draft_course(self.space, self.w, self.coarse, nodes, way, self.cell.q_home[self.space.free])
@@ -102,8 +106,9 @@ def landscape(
     *,
     still: bool,
     flow: bool,
+    room_of: RoomOf | None = None,
 ) -> Landscape:
-    """Candidates for still axes, for flowing ones, or for both."""
+    """Candidates for still axes, for flowing ones, or for both. room_of: what the search asks of those that it would take."""
     at = w.take(coarse)
     still_nodes = flow_nodes = None
     if still:
@@ -113,7 +118,7 @@ def landscape(
         some = Certificate(certificate.inv_kf[coarse], certificate.u[coarse], certificate.branch[coarse])
         seeds = _seeds(w, coarse, survey, FLOW_SEEDS, spread=True)
         flow_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some, at.push)
-    return Landscape(cell, space, objective, w, certificate, coarse, still_nodes, flow_nodes)
+    return Landscape(cell, space, objective, w, certificate, coarse, still_nodes, flow_nodes, room_of)
 
 
 def plan_curve(

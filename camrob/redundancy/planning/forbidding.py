@@ -3,23 +3,38 @@
 A posture is known by its features (`posture_features`: the arm's shape, A1 and whole turns apart), and the stretch by its ends
 in m of s (`Waypoints.s`): rows (K, 9) of `Objective.blocked`. The lattice's nodes nearer than half of BLOCKED_REACH are taken
 out of the search there; farther ones, and what is refined, pay BLOCKED_PRICE.
+
+And candidates that touch something where they stand, which the search finds out for itself: of the way that it has found it asks
+how much room there is, where there is none of all candidates of the layers about, and goes on; so what is nowhere near costs
+nothing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.redundancy.planning.layers import Nodes
 from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, Objective, posture_features
 
-__all__ = ["FEATURES", "forbidden", "forbidden_price", "marks"]
+__all__ = ["FEATURES", "LOOKS", "WANTED", "RoomOf", "forbidden", "forbidden_price", "marks", "narrow", "room_price"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+RoomOf: TypeAlias = Callable[[Array, Array], Array]
+"""The room (M,), m, that the bodies have with freedoms u (M, F) and the arm in q (M, 6), as far as it is below WANTED."""
 
+WANTED = 0.01
+"""m: less room than that has its price, and less than a tenth of it is none."""
+LOOKS = 8
+"""How often a search asks for the room of what it has found: each time of layers twice as far about."""
 FEATURES = 7  # numbers of `posture_features`
 _SHUT = 0.5  # share of BLOCKED_REACH within which a node of the lattice is taken out
+_NONE = 0.9  # share of WANTED that is missing where there is none
 _MOST = 64  # marks that one plan's touches make; what is beyond them is found in the next round
 
 
@@ -43,6 +58,43 @@ def forbidden_price(objective: Objective, offset: Ints, q: Array, s: Array) -> A
             far = np.linalg.norm(feature - mark, axis=1) / BLOCKED_REACH
             out[rows] += np.where(far < _SHUT, np.inf, BLOCKED_PRICE * np.maximum(1.0 - far, 0.0) ** 2)
     return out
+
+
+def room_price(nodes: Nodes) -> Array:
+    """What little room adds to the price of a metre in each candidate (M,); inf: taken out, as it touches. A layer of which
+    nothing would be left keeps all: the whole plan tells what touches there.
+    """
+    near = np.nan_to_num(np.maximum(1.0 - nodes.room / WANTED, 0.0), nan=0.0)
+    price = np.where(near > _NONE, np.inf, BLOCKED_PRICE * near * near)
+    layer = np.repeat(np.arange(len(nodes.offset) - 1), np.diff(nodes.offset))
+    left = np.bincount(layer, np.isfinite(price), len(nodes.offset) - 1) > 0
+    return np.where(left[layer], price, 0.0)
+
+
+def narrow(nodes: Nodes, way: Ints, room_of: RoomOf, about: int) -> bool:
+    """Whether candidates on a way through the lattice, indices (K,), have less room than WANTED and weren't known to; then that
+    of all candidates up to `about` layers from those is known.
+    """
+    unknown = way[np.isnan(nodes.room[way])]
+    _look(nodes, unknown, room_of)
+    found = unknown[nodes.room[unknown] < WANTED]
+    if not len(found):
+        return False
+    layer = np.searchsorted(nodes.offset, found, side="right") - 1
+    last = len(nodes.offset) - 2
+    layers = np.unique(np.clip(layer[:, None] + np.arange(-about, about + 1), 0, last))
+    _look(nodes, np.concatenate([np.arange(nodes.offset[t], nodes.offset[t + 1]) for t in layers]), room_of)
+    return True
+
+
+def _look(nodes: Nodes, some: Ints, room_of: RoomOf) -> None:
+    """Fill in the room of some candidates; those that differ by whole turns stand alike."""
+    some = some[np.isnan(nodes.room[some])]
+    if not len(some):
+        return
+    turned = np.concatenate([nodes.u[some], np.cos(nodes.q[some]), np.sin(nodes.q[some])], axis=1)
+    _rows, first, alike = np.unique(np.round(turned, 9), axis=0, return_index=True, return_inverse=True)
+    nodes.room[some] = room_of(nodes.u[some[first]], nodes.q[some[first]])[alike.ravel()]
 
 
 def marks(wrist_zero: float, q: Array, s: Array, pad: float) -> Array:

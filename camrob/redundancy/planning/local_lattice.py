@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.redundancy.planning.candidates import Nodes
 from camrob.redundancy.planning.course import Draft
 from camrob.redundancy.planning.forbidding import FEATURES
+from camrob.redundancy.planning.layers import Nodes
 from camrob.redundancy.planning.waypoints import Waypoints
 
 __all__ = ["local_nodes"]
@@ -24,15 +24,15 @@ def local_nodes(nodes: Nodes, w: Waypoints, coarse: Ints, draft: Draft, blocked:
 
     coarse (T,): the waypoints that the layers are at. The draft's postures are free of price: there is no choice.
     """
-    parts: list[tuple[Array, Array, Ints, Array]] = []
+    parts: list[tuple[Array, Array, Ints, Array, Array]] = []
     for t, k in enumerate(coarse.tolist()):
         s = w.s[k]
         if np.any((blocked[:, FEATURES] - _AROUND <= s) & (s <= blocked[:, FEATURES + 1] + _AROUND)):
             own = slice(int(nodes.offset[t]), int(nodes.offset[t + 1]))
-            parts.append((nodes.u[own], nodes.q[own], nodes.branch[own], nodes.price[own]))
+            parts.append((nodes.u[own], nodes.q[own], nodes.branch[own], nodes.price[own], nodes.room[own]))
         else:
             row = np.flatnonzero(draft.index == k)
-            parts.append((draft.u[row], draft.q[row], draft.branch[row], np.zeros(len(row))))
+            parts.append((draft.u[row], draft.q[row], draft.branch[row], np.zeros(len(row)), np.full(len(row), np.inf)))
     offset = np.cumsum([0, *(len(part[3]) for part in parts)])
-    u, q, branch, price = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Nodes(offset, u, q, branch, price)
+    u, q, branch, price, room = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Nodes(offset, u, q, branch, price, room)

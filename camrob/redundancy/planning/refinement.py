@@ -182,10 +182,8 @@ def _differences(
         for j in range(i):
             v[i], v[j] = u[i] + _H, u[j] + _H
             both = _local(space, objective, frame, v, branch, near, push, blocked, q_up, work)
-            v[i], v[j] = u[i] - _H, u[j] - _H
-            neither = _local(space, objective, frame, v, branch, near, push, blocked, q_up, work)
             v[i], v[j] = u[i], u[j]
-            H[i, j] = weight * (both + neither - up[i] - down[i] - up[j] - down[j] + 2.0 * here) / (2.0 * _H * _H)
+            H[i, j] = weight * (both - up[i] - up[j] + here) / (_H * _H)
             H[j, i] = H[i, j]
     rough = here >= BEYOND
     for i in range(F):

@@ -21,8 +21,7 @@ from camrob.product_grid import product_grid
 from camrob.progress import Share
 from camrob.redundancy.following.follower import FollowState
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.published.kept_and_moved import kept_revisions, moved_in_holes
-from camrob.redundancy.published.virtual_joint import PathFollower, postures_along, resolve_vjm
+from camrob.redundancy.published.virtual_joint import PathFollower, followed_whole, resolve_vjm
 from camrob.redundancy.published.weighting import Weighting
 from camrob.redundancy.solution import Solution
 
@@ -94,11 +93,10 @@ def _begun_elsewhere(
         try:
             # no way from there to the first point: no time for the roll, which has no speed
             with np.errstate(invalid="ignore"):
-                q, inv_kf, revisions = postures_along(follower, revise=revise, progress=progress)
+                found = followed_whole(follower, revise=revise, progress=progress)
         except JobError:
             continue
-        findings = (*kept_revisions(revisions, path), *moved_in_holes(cell, path, q))
-        yield Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), findings)
+        yield found
 
 
 def other_beginnings(cell: Cell, base_T_tip: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,10 @@ from camrob.redundancy.published.own_limits import held_joints, own_limits
 from camrob.redundancy.published.revision import GAIN, revise_posture
 from camrob.redundancy.published.weighting import Weighting, engine_weighting
 from camrob.redundancy.solution import Revision, Solution
+from camrob.runs import runs_of
 from camrob.se3 import pose
 
-__all__ = ["Attempt", "Failure", "PathFollower", "postures_along", "resolve_vjm"]
+__all__ = ["Attempt", "Failure", "PathFollower", "followed_whole", "postures_along", "resolve_vjm"]
 
 Array = NDArray[np.float64]
 
@@ -58,9 +59,14 @@ def resolve_vjm(
     points.
     Raises UnreachableError, LimitError or SingularError with line, region, axis and distance.
     """
-    q, inv_kf, revisions = postures_along(
-        PathFollower(cell, path, weighting=weighting, further=further), revise=revise, progress=progress
-    )
+    follower = PathFollower(cell, path, weighting=weighting, further=further)
+    return followed_whole(follower, revise=revise, progress=progress)
+
+
+def followed_whole(follower: PathFollower, *, revise: bool = True, progress: Share | None = None) -> Solution:
+    """`resolve_vjm` with a follower of one's own, from where that one begins."""
+    cell, path = follower.cell, follower.path
+    q, inv_kf, revisions = postures_along(follower, revise=revise, progress=progress)
     findings = (*kept_revisions(revisions, path), *moved_in_holes(cell, path, q))
     return Solution("vjm", q, inv_kf, cell.digest, path.digest, tuple(revisions), findings)
 
@@ -68,7 +74,7 @@ def resolve_vjm(
 def postures_along(
     follower: PathFollower, *, revise: bool = True, progress: Share | None = None
 ) -> tuple[Array, Array, list[Revision]]:
-    """What `resolve_vjm` makes a solution of: postures (N, n), 1/k_F (N,), and revisions of a follower's path."""
+    """What `followed_whole` makes a solution of: postures (N, n), 1/k_F (N,), and revisions."""
     cell, path = follower.cell, follower.path
     blocks = _blocks(path)
     state = follower.home()
@@ -349,12 +355,10 @@ class PathFollower:
         inv_kf: Array,
     ) -> tuple[int, int]:  # fmt: skip
         """`follow_path`, in pieces: external axes stand on those that are `still` (M,), but where the arm can't do it alone."""
-        borders = [0, *(np.flatnonzero(np.diff(still)) + 1).tolist(), len(targets)]
-        for first, end in pairwise(borders):
-            part = slice(first, end)
+        for part in runs_of(still):
             rows = reference if len(reference) == 1 else reference[part]
             piece = targets[part], limits[part], q[part], inv_kf[part]
-            if still[first]:
+            if still[part.start]:
                 alone = FollowState(state.q.copy(), state.q_threshold.copy(), state.side.copy(), state.flags.copy())
                 kept = rows.copy()
                 kept[:, self._external] = state.q[self._external]
@@ -365,7 +369,7 @@ class PathFollower:
                     continue
             code, reached = follow_path(self.chain, self.settings, piece[0], rows, state, *piece[1:])
             if code != FOLLOWED:
-                return code, first + reached
+                return code, part.start + reached
         return FOLLOWED, len(targets)
 
     def explain(self, failure: Failure) -> JobError:

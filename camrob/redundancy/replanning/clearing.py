@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,7 @@ from camrob.redundancy.solution import Solution
 __all__ = ["Obstacles", "cleared"]
 
 Array = NDArray[np.float64]
+_Planned: TypeAlias = "tuple[ToolPathInBase, Plan, _Mended]"
 
 CLEARANCE = 0.05  # m that a retract goes above all that the path passes
 _ROUNDS = 8  # plans made anew: a touch that moves on is followed that often
@@ -100,10 +102,13 @@ def cleared(
 def _cleared(
     task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share, run: Run | None
 ) -> Solution:
-    path, plan = _with_cuts(task, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
+    freely = replace(task, room=None)
+    path, plan = _with_cuts(freely, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
-    mended = _mended(task, given, path, plan, obstacles, report_share, _ROUNDS)
+    mended = _mended(freely, given, path, plan, obstacles, report_share, _ROUNDS)
+    if mended.solution is None and mended.found.count and task.room is not None and not task.clock.up:
+        path, plan, mended = _led_round(task, given, obstacles, report_share) or (path, plan, mended)
     timed = task.clock.seconds is not None and task.mode == "knee"
     if mended.solution is None and task.clock.up:
         return out_of_time(task, given, mended.found.trouble, report_share)
@@ -115,6 +120,15 @@ def _cleared(
     if run is not None and mended.plan.mode == "knee" and task.errors is None:
         mended = _cheapest(task, given, mended, obstacles, run, report_share)
     return held_to_published(task, given, mended.reported(given))
+
+
+def _led_round(task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share) -> _Planned | None:
+    """A path, its plan and what came of it, searched round all candidates that touch something, where mending in places doesn't
+    lead out; None where that does not do either.
+    """
+    path, plan = _with_cuts(task, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
+    mended = None if plan is None else _mended(task, given, path, plan, obstacles, report_share, _ROUNDS)
+    return None if plan is None or mended is None or mended.solution is None else (path, plan, mended)
 
 
 def _objective(task: Task) -> Objective:

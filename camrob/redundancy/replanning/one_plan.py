@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.bodies.room import Room, rooms
 from camrob.cell.cell import Cell
 from camrob.errors import JobError
 from camrob.findings import Finding, Severity
@@ -26,6 +27,7 @@ from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Dra
 from camrob.redundancy.planning.curve import SEARCH_FLOWING, STILL, Landscape, landscape, plan_curve
 from camrob.redundancy.planning.followed import Followed, follow_plan
 from camrob.redundancy.planning.for_accuracy import pushed, weighed
+from camrob.redundancy.planning.forbidding import WANTED, RoomOf
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
 from camrob.redundancy.planning.scan_batched import Score
@@ -57,7 +59,7 @@ class _Ground(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Task:
     """What all plans of a job share; errors: of the machine, where the plan looks at the part's error; clock: until when a plan
-    is bettered. `grounds`: what has been found out about the paths so far, by their digests.
+    is bettered; room: the bodies that may not touch. `grounds`: what has been found out about the paths so far, by their digests.
     """
 
     cell: Cell
@@ -66,7 +68,22 @@ class Task:
     score: Score | None
     clock: Clock
     errors: PostureErrors | None = None
+    room: Room | None = None
     grounds: dict[str, _Ground] = field(default_factory=dict)
+
+    @property
+    def room_of(self) -> RoomOf | None:
+        """What a search asks for the room of candidates."""
+        room, cell, free = self.room, self.cell, self.space.free
+        if room is None:
+            return None
+
+        def of(u: Array, q: Array) -> Array:
+            whole = np.empty((len(u), len(cell)))
+            whole[:, free], whole[:, cell.arm_slice] = u, q
+            return np.asarray(rooms(room, whole, WANTED))
+
+        return of
 
     @property
     def at_least(self) -> Task:
@@ -115,6 +132,7 @@ def make_plan(task: Task, path: ToolPathInBase, objective: Objective, report_sha
         coarse_index(w, COARSE),
         still=mode != "flowing",
         flow=mode != "still",
+        room_of=task.room_of,
     )
     still, flowing = drafts = _ends(land, RETRACT_NEEDED if len(objective.blocked) else RETRACT_PRICE)
     report_share(0.4)

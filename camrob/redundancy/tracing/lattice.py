@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.bodies.room import Room, RoomWork, has_room, room_work
 from camrob.compiled import kernel, part
 from camrob.kinematics.freed_chain import FreedChain, postures_at
 from camrob.kinematics.spherical_wrist import BRANCH_OK
-from camrob.redundancy.tracing.room import Room, RoomWork, has_room, room_work
 
 __all__ = ["lattice_postures"]
 

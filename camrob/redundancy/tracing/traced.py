@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.bodies.room import Room, rooms
 from camrob.cell.cell import Cell
 from camrob.errors import UnreachableError
 from camrob.frozen import locked
@@ -23,7 +24,6 @@ from camrob.kinematics.freed_chain import FreedChain, freed_chains
 from camrob.product_grid import product_grid
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
 from camrob.redundancy.tracing.lattice import lattice_postures
-from camrob.redundancy.tracing.room import Room, rooms
 from camrob.units import deg_to_rad, mm_to_m
 
 __all__ = ["Trace", "TraceSettings", "trace_poses"]

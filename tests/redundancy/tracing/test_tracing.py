@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from camrob.bodies.bodies import base_T_bodies, cell_bodies
+from camrob.bodies.room import cell_room, rooms
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.checks.collisions import check_collisions
 from camrob.errors import UnreachableError
 from camrob.kinematics.frames import base_T_tool
-from camrob.redundancy.tracing.room import cell_room, rooms
 from camrob.redundancy.tracing.traced import TraceSettings, trace_poses
 
 # modified rows alpha, a, theta, d of the Panda, degrees and mm: Franka Emika, "Robot and interface specifications"

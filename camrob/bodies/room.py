@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.advance import Links, Riders, chain_links
-from camrob.bodies.bodies import cell_bodies
-from camrob.bodies.convex import piece_distance
-from camrob.bodies.tree import join_pieces
+from camrob.bodies.bodies import Body, cell_bodies
+from camrob.bodies.tree import Search, join_pieces, new_search, tree_distance
 from camrob.cell.cell import Cell
 from camrob.compiled import kernel, part
 from camrob.errors import CellError
 from camrob.frame_steps import compose, move_joint
 
-__all__ = ["Room", "RoomWork", "cell_room", "has_room", "room_work", "rooms"]
+__all__ = ["Room", "RoomWork", "cell_room", "has_room", "room_of", "room_work", "rooms"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -33,7 +33,7 @@ class Room(NamedTuple):
 
 
 class RoomWork(NamedTuple):
-    """Where the bodies stand, R (K, 3, 3), p (K, 3), the chain's frames, and `piece_distance`'s work space."""
+    """Where the bodies stand, R (K, 3, 3), p (K, 3), the chain's frames, and what `tree_distance` works with."""
 
     R: Array
     p: Array
@@ -41,28 +41,29 @@ class RoomWork(NamedTuple):
     link_p: Array
     seen_R: Array
     seen_p: Array
-    gjk: Array
+    search: Search
 
 
 def cell_room(cell: Cell) -> Room:
     """The pairs of a cell's bodies that are of two groups, neither of which ignores the other, and that move against each other.
 
-    Raises CellError for meshes: a plan asks too often for them.
+    Raises CellError where it has none.
     """
     bodies = cell_bodies(cell)
-    if any(b.triangles is not None for b in bodies):
-        raise CellError(
-            "has meshes among its bodies", hint="give boxes, cylinders and capsules for what is planned with"
-        )
+    if not bodies:
+        raise CellError("has no bodies", hint="give it [[shape]]s, or plan without room")
     pairs = [
         (i, j)
         for i, a in enumerate(bodies)
         for j, b in enumerate(bodies[:i])
         if a.group != b.group and a.group not in b.ignore and b.group not in a.ignore and a.link != b.link
     ]
-    pieces, roots = join_pieces([b.pieces for b in bodies]) if bodies else (None, None)
-    if pieces is None or roots is None:
-        raise CellError("has no bodies", hint="give it [[shape]]s, or plan without room")
+    return room_of(cell, bodies, pairs)
+
+
+def room_of(cell: Cell, bodies: Sequence[Body], pairs: Sequence[tuple[int, int]]) -> Room:
+    """The room that pairs of bodies (indices) leave each other along a cell's chain."""
+    pieces, roots = join_pieces([b.pieces for b in bodies])
     riders = Riders(np.array([b.link for b in bodies]), np.stack([b.link_T_body for b in bodies]), roots, pieces)
     return Room(chain_links(cell), riders, np.array(pairs, np.int64).reshape(-1, 2))
 
@@ -78,7 +79,7 @@ def room_work(room: Room) -> RoomWork:
         np.empty((n, 3)),
         np.empty((3, 3)),
         np.empty(3),
-        np.zeros((9, 3)),
+        new_search(),
     )
 
 
@@ -117,8 +118,14 @@ def has_room(room: Room, q: Array, wanted: float, work: RoomWork) -> float:
         a, b = room.pairs[k, 0], room.pairs[k, 1]
         root_a, root_b = room.riders.root[a], room.riders.root[b]
         x, y, z = work.p[a, 0] - work.p[b, 0], work.p[a, 1] - work.p[b, 1], work.p[a, 2] - work.p[b, 2]
+        gap2 = 0.0
+        for r in range(3):  # between the middles of the balls about them
+            d = x if r == 0 else (y if r == 1 else z)
+            for c in range(3):
+                d += work.R[a, r, c] * pieces.center[root_a, c] - work.R[b, r, c] * pieces.center[root_b, c]
+            gap2 += d * d
         reach = pieces.reach[root_a] + pieces.reach[root_b] + least
-        if x * x + y * y + z * z > reach * reach:
+        if gap2 > reach * reach:
             continue
         for r in range(3):
             p[r] = work.R[b, 0, r] * x + work.R[b, 1, r] * y + work.R[b, 2, r] * z
@@ -128,7 +135,8 @@ def has_room(room: Room, q: Array, wanted: float, work: RoomWork) -> float:
                     + work.R[b, 1, r] * work.R[a, 1, c]
                     + work.R[b, 2, r] * work.R[a, 2, c]
                 )
-        least = min(least, piece_distance(pieces, root_a, root_b, R, p, least, _EXACT, work.gjk))
+        work.search.witness[:] = -1
+        least = min(least, tree_distance(pieces, root_a, root_b, R, p, _EXACT, work.search, least))
         if least <= 0.0:
             return 0.0
     return least
