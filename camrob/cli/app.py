@@ -342,7 +342,8 @@ def build_app() -> typer.Typer:
     ) -> None:
         """CAM toolpaths into verified programs for redundant robot machining cells."""
 
-    for verb in (*VERBS, study, samples):
+    verbs: tuple[Callable[..., int], ...] = (*VERBS, study, samples)
+    for verb in verbs:
         said = (verb.__doc__ or "").partition("\n")[0]  # whole: the list of commands cuts it off otherwise
         app.command(verb.__name__.replace("_", "-"), short_help=said)(verb)
     app.add_typer(cell_app(), name="cell")

@@ -208,7 +208,7 @@ def test_what_can_not_be_told_apart_is_refused_in_one_line() -> None:
         MeasurementLog(drives.columns, poses, drives.path),
     ):
         with pytest.raises(
-            LogError, match="has no measured position; give x, y, z .* or distances d, or a run's set-points"
+            LogError, match=r"has no measured position; give x, y, z .* or distances d, or a run's set-points"
         ):
             make_scene(bad, ur10())
     tracked = MeasurementLog(
