@@ -24,6 +24,7 @@ _TRIES = 3  # times that sets without what is implausible are fitted anew
 _LIKELY = 0.02  # of the sets' probability that must be left for that
 _NO_HARM = 0.1  # of the noise's energy, by which withheld samples may be worse where another name shows nearly the same
 _TOO_SMALL = 1e-3  # share of an energy below which a part of it doesn't matter
+_LEAST_TAKEN = 0.03  # of withheld samples' rms, that all claims together have to take
 
 
 def without_implausible(model: Model) -> Model:
@@ -125,9 +126,9 @@ def worse_together(model: Model, trial: Trial, probability: Mapping[str, float])
 
 
 def take_nothing(model: Model, trial: Trial, probability: Mapping[str, float], drives: Collection[str]) -> list[str]:
-    """Claims to be withdrawn, those first of which least is missed, as long as all claims together take nothing from withheld
-    samples: whatever they move, and however far their values stand out, it is seen nowhere but where they were fitted, or only
-    beside names that are not claimed. drives: names that are judged between the ends of the drives, as long as all are.
+    """Claims to be withdrawn, those first of which least is missed, as long as all claims together take next to nothing from
+    withheld samples: whatever they move, and however far their values stand out, it is seen nowhere but where they were fitted,
+    or only beside names that are not claimed. drives: names that are judged between the drives' ends, once no others are left.
     """
     held = dict(probability)
     withdrawn: list[str] = []
@@ -135,12 +136,13 @@ def take_nothing(model: Model, trial: Trial, probability: Mapping[str, float], d
         names = sorted({model.units[i].effect for i in members})
         there = set(names) <= set(drives)
         together = shrinkage(model, trial, model.best.members, members, at_drives=there)
-        if together.rms_after < together.rms_before:
+        if together.rms_after < (1.0 - _LEAST_TAKEN) * together.rms_before:
             break
         after = {
             n: shrinkage(model, trial, model.best.members, members - members_of(model, n), at_drives=there).rms_after
             for n in names
+            if there or n not in drives
         }
-        withdrawn.append(min(names, key=lambda n: after[n]))
+        withdrawn.append(min(after, key=lambda n: after[n]))
         held[withdrawn[-1]] = 0.0
     return withdrawn

@@ -74,8 +74,11 @@ def test_a_name_of_twice_the_gap_is_no_surer_than_what_takes_it_back(monkeypatch
     assert partners.no_surer_than_partners(model, alone) == alone
 
 
-def test_claims_that_take_nothing_where_they_were_not_fitted_are_withdrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    left = {frozenset({0, 1}): 1.01, frozenset({0}): 0.6, frozenset({1}): 1.3, frozenset(): 1.0}
+@pytest.mark.parametrize("lag_alone", [1.3, 0.99])
+def test_claims_that_take_nothing_where_they_were_not_fitted_are_withdrawn(
+    lag_alone: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = {frozenset({0, 1}): 1.01, frozenset({0}): 0.6, frozenset({1}): lag_alone, frozenset(): 1.0}
 
     def shrunk(_model: Any, _trial: Any, _all: Any, kept: frozenset[int], *, at_drives: bool) -> Shrinkage:
         rows = np.ones((40, 3))
@@ -88,6 +91,10 @@ def test_claims_that_take_nothing_where_they_were_not_fitted_are_withdrawn(monke
     assert withdrawn.take_nothing(model, trial, {"friction": 0.97, "servo_lag": 0.97}, ()) == ["servo_lag"]
     assert withdrawn.take_nothing(model, trial, {"friction": 0.2, "servo_lag": 0.97}, ()) == ["servo_lag"]
     assert withdrawn.take_nothing(model, trial, {"friction": 0.97, "servo_lag": 0.2}, ()) == []
+    assert withdrawn.take_nothing(model, trial, {"friction": 0.97, "servo_lag": 0.97}, ("servo_lag",)) == [
+        "friction",
+        "servo_lag",
+    ]
 
 
 @pytest.mark.parametrize(("steps", "alike"), [((1.0, -1.0, 1.0, 0.0, 1.0), ("backlash",)), ((1.0, -0.2, 2.0, 0.5), ())])
