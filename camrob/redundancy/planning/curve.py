@@ -109,15 +109,15 @@ def landscape(
     room_of: RoomOf | None = None,
 ) -> Landscape:
     """Candidates for still axes, for flowing ones, or for both. room_of: what the search asks of those that it would take."""
-    at = w.take(coarse)
+    at, every = w.take(coarse), room_of is not None
     still_nodes = flow_nodes = None
     if still:
         seeds = _seeds(w, coarse, survey, STILL_SEEDS, spread=False)
-        still_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, push=at.push)
+        still_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, push=at.push, every=every)
     if flow:
         some = Certificate(certificate.inv_kf[coarse], certificate.u[coarse], certificate.branch[coarse])
         seeds = _seeds(w, coarse, survey, FLOW_SEEDS, spread=True)
-        flow_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some, at.push)
+        flow_nodes = candidate_nodes(space, objective, at.base_T_tip, seeds, some, at.push, every=every)
     return Landscape(cell, space, objective, w, certificate, coarse, still_nodes, flow_nodes, room_of)
 
 

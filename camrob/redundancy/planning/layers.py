@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.redundancy.accuracy.part_error import PUSH
-from camrob.redundancy.planning.candidates import ROLLS, layer
+from camrob.redundancy.planning.candidates import LATTICE, ROLLS, ROLLS_KEPT, layer
 from camrob.redundancy.planning.certificate import Certificate, Survey
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective
@@ -65,11 +65,16 @@ def candidate_nodes(
     seeds: list[Array],
     certificate: Certificate | None = None,
     push: Array | None = None,
+    *,
+    every: bool = False,
 ) -> Nodes:
     """Candidates of poses (T, 4, 4): `seeds` holds the external postures (K, E) to try at each; with a certificate (T poses)
-    its own best posture is one, too. push: (T, PUSH), where the part's error is looked at.
+    its own best posture is one, too. push: (T, PUSH), where the part's error is looked at. every: the last branches, too, of an
+    arm with so many whole turns that those of the first ones fill a layer: a UR10's plans by them touch something oftener than
+    by the others, so that they are for a search that asks for room.
     """
     external = len(space.free) - space.roll
+    most = 8 * _TURNS * (ROLLS_KEPT + ROLLS // LATTICE + 1)
 
     def one(t: int) -> tuple[Array, Array, Ints, Array]:
         grid, best = seeds[t], None
@@ -89,6 +94,8 @@ def candidate_nodes(
             space.lower,
             space.upper,
         )
+        if not every:
+            u, q, branch, price = (column[: most * len(grid)] for column in (u, q, branch, price))
         keep = _kept(external, u, branch, price)
         return u[keep], q[keep], branch[keep], price[keep]
 
