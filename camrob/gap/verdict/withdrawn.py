@@ -130,16 +130,17 @@ def take_nothing(model: Model, trial: Trial, probability: Mapping[str, float], d
     withheld samples: whatever they move, and however far their values stand out, it is seen nowhere but where they were fitted,
     or only beside names that are not claimed. drives: names that are judged between the drives' ends, once no others are left.
     """
-    held = dict(probability)
+    held, quiet = dict(probability), without_drives_rest(model, trial)
     withdrawn: list[str] = []
     while members := claims(model, held):
         names = sorted({model.units[i].effect for i in members})
         there = set(names) <= set(drives)
-        together = shrinkage(model, trial, model.best.members, members, at_drives=there)
+        on = trial if there else quiet
+        together = shrinkage(model, on, model.best.members, members, at_drives=there)
         if together.rms_after < (1.0 - _LEAST_TAKEN) * together.rms_before:
             break
         after = {
-            n: shrinkage(model, trial, model.best.members, members - members_of(model, n), at_drives=there).rms_after
+            n: shrinkage(model, on, model.best.members, members - members_of(model, n), at_drives=there).rms_after
             for n in names
             if there or n not in drives
         }

@@ -85,6 +85,7 @@ def test_claims_that_take_nothing_where_they_were_not_fitted_are_withdrawn(
         return Shrinkage(rows, left[kept] * rows, np.arange(40) // 4)
 
     monkeypatch.setattr(withdrawn, "shrinkage", shrunk)
+    monkeypatch.setattr(withdrawn, "without_drives_rest", lambda _model, trial: trial)
     units = (SimpleNamespace(effect="friction"), SimpleNamespace(effect="servo_lag"))
     model: Any = SimpleNamespace(units=units, best=SimpleNamespace(members=frozenset({0, 1})))
     trial: Any = None
