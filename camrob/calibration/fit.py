@@ -260,7 +260,7 @@ def _normal(
         for start in range(0, len(data), _CHUNK):
             part = slice(start, start + _CHUNK)
             poses, J = model.poses_and_jacobian(values, data.q[part])
-            J = J if data.sight is None else data.sight.select(part).of(J)
+            J = data.told(J, part)
             e = _whitened(_difference(poses, data, part), data.oriented, spread)
             rows = e.shape[1]
             weight = 1.0 / np.sqrt(1.0 + np.sum(e * e, axis=1) / (9.0 * rows))

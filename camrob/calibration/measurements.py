@@ -73,6 +73,12 @@ class Measurements:
         """Coordinates of a position that a row tells, of three."""
         return 1.0 if self.sight is None else self.sight.share
 
+    def told(
+        self, moved: NDArray[np.float64], index: NDArray[np.int64] | NDArray[np.bool_] | slice
+    ) -> NDArray[np.float64]:
+        """How some of the poses move (N, 6, ..), with what was measured of positions alone."""
+        return moved if self.sight is None else self.sight.select(index).of(moved)
+
     def without_orientation(self) -> Measurements:
         """The same poses, their positions alone."""
         return replace(self, oriented=False)

@@ -139,7 +139,7 @@ def identifiability(
         J = part.model.poses_and_jacobian(np.zeros(len(part.names)), data.q[index])[1]
         sigma_p = data.sigma_position if data.sigma_position > 0.0 else _SIGMA_POSITION
         sigma_a = data.sigma_angle if data.sigma_angle > 0.0 else _SIGMA_ANGLE
-        J = J if data.sight is None else data.sight.select(index).of(J)
+        J = data.told(J, index)
         J[:, :3] /= max(sigma_p, blur_p)
         J[:, 3:] /= max(sigma_a, blur_a)
         gain = float(np.sqrt(len(data) / len(index)))

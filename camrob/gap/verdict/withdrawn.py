@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from camrob.gap.effects.effect import Effect
 from camrob.gap.evidence.model import Model, effect_rms, members_of
 from camrob.gap.evidence.predicted import expected, stays_where_fitted
-from camrob.gap.evidence.shrink import Trial, doubt_of_shrinkage, shrinkage
+from camrob.gap.evidence.shrink import Shrinkage, Trial, doubt_of_shrinkage, shrinkage
 from camrob.gap.verdict.at_drives import at_drives, behind_encoders, without_drives_rest
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import SMOOTH, gains
@@ -110,17 +111,13 @@ def worse_together(model: Model, trial: Trial, probability: Mapping[str, float])
     """Claims to be withdrawn, those first that help most by it, as long as all claims together surely make withheld samples
     worse: such as one that another, which is not claimed, cancels.
     """
-    held = dict(probability)
+    held, shrunk = dict(probability), partial(shrinkage, model, trial, model.best.members)
     withdrawn: list[str] = []
     while members := claims(model, held):
-        together = shrinkage(model, trial, model.best.members, members)
+        together = shrunk(members)
         if together.interval()[1] >= 0.0:
             break
-        after = {}
-        for name in sorted({model.units[i].effect for i in members}):
-            rest = frozenset(i for i in members if model.units[i].effect != name)
-            after[name] = shrinkage(model, trial, model.best.members, rest).rms_after
-        withdrawn.append(min(after, key=lambda n: after[n]))
+        withdrawn.append(_least_missed(model, members, _named(model, members), shrunk))
         held[withdrawn[-1]] = 0.0
     return withdrawn
 
@@ -133,17 +130,26 @@ def take_nothing(model: Model, trial: Trial, probability: Mapping[str, float], d
     held, quiet = dict(probability), without_drives_rest(model, trial)
     withdrawn: list[str] = []
     while members := claims(model, held):
-        names = sorted({model.units[i].effect for i in members})
+        names = _named(model, members)
         there = set(names) <= set(drives)
-        on = trial if there else quiet
-        together = shrinkage(model, on, model.best.members, members, at_drives=there)
+        shrunk = partial(shrinkage, model, trial if there else quiet, model.best.members, at_drives=there)
+        together = shrunk(members)
         if together.rms_after < (1.0 - _LEAST_TAKEN) * together.rms_before:
             break
-        after = {
-            n: shrinkage(model, on, model.best.members, members - members_of(model, n), at_drives=there).rms_after
-            for n in names
-            if there or n not in drives
-        }
-        withdrawn.append(min(after, key=lambda n: after[n]))
+        judged = [n for n in names if there or n not in drives]
+        withdrawn.append(_least_missed(model, members, judged, shrunk))
         held[withdrawn[-1]] = 0.0
     return withdrawn
+
+
+def _named(model: Model, members: frozenset[int]) -> list[str]:
+    """The effects of units."""
+    return sorted({model.units[i].effect for i in members})
+
+
+def _least_missed(
+    model: Model, members: frozenset[int], names: Sequence[str], shrunk: Callable[[frozenset[int]], Shrinkage]
+) -> str:
+    """Of effects the one without which the units that are claimed leave least of withheld samples."""
+    after = {name: shrunk(members - members_of(model, name)).rms_after for name in names}
+    return min(after, key=lambda n: after[n])

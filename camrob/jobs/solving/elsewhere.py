@@ -155,9 +155,8 @@ class _Search:
         near = self._apart(range(len(self._shifts)), _NEAREST, _NEAR_APART)
         away = np.linalg.norm(self._shifts - _to_home(self._inputs), axis=1)
         home = self._apart(np.argsort(away, kind="stable").tolist(), _NEAREST, _NEAR_APART)
-        bare = (
-            not self._inputs.cell.shapes
-        )  # nothing keeps the part out of the robot: where the tool is at HOME it has room
+        # nothing keeps the part out of a robot without bodies: where the tool is at HOME it has room
+        bare = not self._inputs.cell.shapes
         return self._first(dict.fromkeys([*home, *near] if lost or bare else [*near, *home]))
 
     def further(self) -> str:
