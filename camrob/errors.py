@@ -102,6 +102,12 @@ class LogError(InputError):
     """A measurement log, or a file made from one, is wrong."""
 
 
+def _plain(value: float) -> str:
+    """A figure to three places, without the noughts behind it: 300 rev/min, 0.956 degrees."""
+    text = f"{value:.3f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
 class JobError(CamrobError):
     """The job can't be done safely.
 
@@ -156,9 +162,9 @@ class JobError(CamrobError):
         if self.axis:
             parts.append(f"axis {self.axis}")
         if self.value is not None:
-            text = f"{self.value:.3f} {self.unit}".rstrip()
+            text = f"{_plain(self.value)} {self.unit}".rstrip()
             if self.limit is not None:
-                text += f" where the limit is {self.limit:.3f} {self.unit}".rstrip()
+                text += f" where the limit is {_plain(self.limit)} {self.unit}".rstrip()
             parts.append(text)
         if self.reasons:
             total = sum(self.reasons.values())
