@@ -91,10 +91,13 @@ def test_a_plan_is_advice_where_one_was_made_and_serves(tmp_path: Path, monkeypa
 
 
 @pytest.mark.slow
-def test_a_plan_that_finds_no_way_either_is_no_advice(tmp_path: Path) -> None:
-    """From below, where the follower runs into a limit."""
-    with pytest.raises(camrob.LimitError, match="nor does --method planned, which chooses E2, E1, roll"):
-        posted(tmp_path / "followed", "[0, 0, 200, 0, 180, 0]")
+def test_a_plan_that_finds_no_way_either_is_no_advice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On its side, with a track and a table that hardly move: the refusal goes on to a place where the part can lie."""
+    monkeypatch.setattr("camrob.redundancy.published.beginnings.other_beginnings", lambda cell, pose: [])
+    cell = held(tmp_path / "cell", "[-5, 5]", "[-100, 100]")
+    with pytest.raises(camrob.LimitError, match="nor does --method planned, which chooses E2, E1, roll") as caught:
+        posted(tmp_path / "followed", "[300, 0, 250, 0, -80, 0]", cell)
+    assert "it can be followed and touches nothing" in str(caught.value)
 
 
 def test_a_part_that_no_shift_brings_into_reach_is_reported_so(tmp_path: Path) -> None:
