@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.controller.interpolate import ARC, LINE, PTP, Machine, Motions, lay_motions, nearest_to_corner
+from camrob.controller.interpolate import ARC, LINE, PTP, Motions, lay_motions, nearest_to_corner
 from camrob.controller.motion_settings import MotionSettings
 from camrob.controller.replay import Replay, constant_transforms
-from camrob.errors import CellError
 from camrob.frozen import locked
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import seen_by_program, world_T_base
@@ -21,7 +20,7 @@ from camrob.program.motion import Blend, Motion
 from camrob.program.program_text import ProgramText
 from camrob.units import deg_to_rad
 
-__all__ = ["Layout", "carrier_of", "lay_out", "machine_of"]
+__all__ = ["Layout", "carrier_of", "lay_out"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -60,19 +59,6 @@ class Layout:
             ("deviation", float),
         ):
             object.__setattr__(self, name, locked(getattr(self, name), dtype=dtype, name=name))
-
-
-def machine_of(cell: Cell) -> Machine:
-    """A cell for the kernels. Raises CellError for an arm without closed form."""
-    closed = Arm.of(cell).closed
-    if closed is None:
-        raise CellError(f"cell {cell.name}: the arm has no closed form", hint="give the nominal cell")
-    carrying = cell.arm_slice.start
-    held = np.full(carrying, np.nan)
-    if not cell.base_follows_table:
-        for i in cell.indices(Role.WORKPIECE):
-            held[i] = float(cell.joints[i].q_value(np.zeros(())))
-    return Machine(chain_arrays(cell), constant_transforms(cell, carrying), closed, held)
 
 
 def carrier_of(cell: Cell) -> tuple[ChainArrays, Array, Array] | None:

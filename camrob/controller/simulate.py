@@ -19,14 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, postures, to_world, trace
-from camrob.controller.layout import CORNER_TIME, Layout, carrier_of, lay_out, machine_of
+from camrob.controller.interpolate import OUT_OF_REACH, PTP, REACHED, to_world
+from camrob.controller.layout import CORNER_TIME, Layout, carrier_of, lay_out
 from camrob.controller.least_times import LEAST_TIME, ShortBlocks, block_ceilings_of, joined_blocks, short_blocks
 from camrob.controller.motion_settings import MotionSettings, motion_settings
 from camrob.controller.pieces import course_of, cut, motion_ends
 from camrob.controller.replay import Replay, replay
 from camrob.controller.speed_profile import CAUSES, FEED, Bounds, brake, cruise, look_ahead, run_up, where_at
 from camrob.controller.tool_runs import tool_runs
+from camrob.controller.walk import walk_of
 from camrob.errors import ProgramError, UnreachableError
 from camrob.findings import Finding
 from camrob.frozen import locked
@@ -170,8 +171,8 @@ def simulate(program: ProgramText, cell: Cell, *, cycle: float = CYCLE, progress
     """Run a program on the ideal controller; a row every `cycle` s.
 
     Raises ProgramError for settings that no controller takes and CP motions without a speed, UnreachableError (with the line)
-    where a motion can't be followed, CellError for an arm without closed form, ValueError for a cycle that is no positive
-    number. Cost: some hundred microseconds a motion and five a row.
+    where a motion can't be followed, ValueError for a cycle that is no positive number. Cost: some hundred microseconds
+    a motion and five a row.
     """
     if not (np.isfinite(cycle) and cycle > 0.0):
         raise ValueError(f"cycle is {cycle}, a positive number of seconds is needed")
@@ -230,10 +231,10 @@ class _Run:
         self.program, self.cell, self.settings, self.cycle = program, replayed.cell, settings, cycle
         self.tell = progress or (lambda share: None)
         self.findings = (*replayed.findings, *settings.findings)
-        self.machine = machine_of(self.cell)
         self.carrier = carrier_of(self.cell)
         self.layout = lay_out(program, replayed, settings)
         self.pieces = cut(self.cell, self.layout, settings)
+        self.walk = walk_of(self.cell, self.layout.motions, self.pieces)
         self.start = np.asarray(self.layout.motions.q[0]).copy()
         self.nodes = self._trace()
         self.tell(0.5)
@@ -247,7 +248,7 @@ class _Run:
         K = int(pieces.steps.sum()) + 1
         q, p = np.zeros((K, len(self.cell))), np.zeros((K, 3))
         q[0] = self.start
-        code, k = trace(self.machine, self.layout.motions, pieces, self.start, _JUMP, q, p)
+        code, k = self.walk.nodes(self.start, _JUMP, q, p)
         if code != REACHED:
             line = int(self.program.line[self.layout.row[pieces.motion[k] + 1]])
             what = "the tool leaves the arm's reach" if code == OUT_OF_REACH else "the arm would have to flip"
@@ -327,7 +328,7 @@ class _Run:
             position[:], rotation[:] = world_T_tool[:, :3, 3], world_T_tool[:, :3, :3]
             return
         piece, at, before = where_at(pieces, self.x, self.arrive, self.leave, t)
-        done = postures(self.machine, motions, pieces, piece, at, self.nodes[0][before], q, position, rotation)
+        done = self.walk.rows(piece, at, self.nodes[0][before], q, position, rotation)
         m, reach = pieces.motion[piece], pieces.blend[piece]
         end[:] = m + 1 + ((reach > 0.0) & (at > reach))
         resting = (t < self.leave[before]) & (at == 0.0)
