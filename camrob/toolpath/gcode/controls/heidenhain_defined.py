@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 from camrob.errors import ToolpathError
 from camrob.toolpath.gcode.controls.heidenhain_cycles import CYCLES, REASONS, Cycle, Places, places_of
 from camrob.toolpath.gcode.controls.heidenhain_feeds import Feeds
+from camrob.toolpath.gcode.controls.heidenhain_old_cycles import OLD_CYCLES
 from camrob.toolpath.gcode.controls.heidenhain_tangent import Heading
 from camrob.toolpath.gcode.controls.heidenhain_words import (
+    CALLS,
     MACHINE,
     MODES,
     SILENT,
@@ -53,6 +55,7 @@ class HeidenhainDefined:
         self._moved = False  # the program has named a place of the part's
         self._begun = self._tcp = False
         self._shortest = False  # M126: rotary axes go the shorter way round
+        self._modal = False  # M89: the cycle in force is called behind every motion
         self._corner: Corner | None = None  # at the end of the next straight cut
         self._rounded = False  # the last one has taken it
 
@@ -69,22 +72,34 @@ class HeidenhainDefined:
         """Rotary axes that go the shorter way round to a place (M126); a step goes as it says."""
         return tuple((letter, "DC") for letter in "ABC" if self._shortest and letter in words)
 
-    def _behind(self, codes: list[int], line: int) -> Iterator[Block]:
-        """What M functions do behind a motion, or without one: M99 calls the cycle in force where the tool stands."""
-        if 99 in codes:
+    def _behind(self, codes: list[int], line: int, moved: Collection[str] = ()) -> Iterator[Block]:
+        """What M functions do behind a motion of the axes `moved`, or without one: M99 calls the cycle in force where the tool
+        stands, M89 behind this motion and those that follow, up to M99 or another cycle (TNC 640, 9.1).
+        """
+        if 89 in codes and not moved:
+            raise ToolpathError("M89 in a block without a place", hint="put it into the block of the first hole")
+        self._modal = self._modal or 89 in codes
+        if self._modal and "Z" in moved:
+            raise ToolpathError(
+                "a way along Z while M89 calls a cycle behind each motion", hint="end it before, by M99"
+            )
+        if 99 in codes or (self._modal and moved):
+            self._modal = self._modal and 99 not in codes
             yield from self._drill(line)
         yield from self._codes(codes, line)
 
     def _codes(self, codes: list[int], line: int) -> Iterator[Block]:
         """What M functions switch."""
         if 89 in codes:
-            raise ToolpathError("M89, a modal cycle call", hint="call with M99")
+            yield Block(
+                line, {}, note="M89 is taken for a cycle call behind every motion, as a machine parameter may change"
+            )
         for code in codes:
             if code in MODES:
                 raise ToolpathError(f"M{code} changes the path or its feed, and is not read", hint="post without it")
             if code in (126, 127):
                 self._shortest = code == 126
-        kept = tuple(c * 10 for c in codes if c not in SILENT | MACHINE and c != 99)
+        kept = tuple(c * 10 for c in codes if c not in SILENT | MACHINE | CALLS)
         if kept:
             yield Block(line, {}, m=kept)
             if {128, 129} & set(codes):
@@ -147,9 +162,14 @@ class HeidenhainDefined:
                 self._at |= {"X": None, "Y": None}
                 yield Block(line, {}, frame=frame, together="XY")
         elif main.isdigit() and int(main) in CYCLES:
+            self._modal = False
             self.cycle.define(int(main), rest)
+        elif main.isdigit() and int(main) in OLD_CYCLES and number != main:
+            self._modal = False
+            self.cycle.define_old(int(main), int(number.partition(".")[2]), rest)
         elif main in ("220", "221"):
             yield from self._drill_at(self.cycle.again(int(main), rest), line)
+            self.cycle.placed()
         elif main == "19":
             raise ToolpathError(
                 "CYCL DEF 19 with angles: a machine parameter says whether they are the plane's or the axes' own",
@@ -220,4 +240,4 @@ class HeidenhainDefined:
         yield from self.cycle.drill(self._at["Z"], line, self._feeds.speed)
         yield from self._feeds.behind_cycle(line)
         self._heading.lost()
-        self._at["Z"] = self.cycle.level
+        self._at["Z"] = self.cycle.left_at(self._at["Z"])

@@ -19,11 +19,13 @@ from camrob.toolpath.gcode.controls.heidenhain_words import (
     unread,
 )
 from camrob.toolpath.gcode.lexer import Block
+from camrob.units import INCH_MM
 
 __all__ = ["HeidenhainMoves"]
 
 _NOTHING_HERE = re.compile(r"BLK FORM|TOOL DEF|\*|FUNCTION MODE MILL|FUNCTION RESET|M94\b")
 _TCPM = re.compile(r"FUNCTION TCPM F TCP AXIS POS(?: PATHCTRL (?:AXIS|VECTOR))?(?: REFPNT TIP-TIP| F[0-9]+)*")
+_RETRACT = re.compile(r"(?:L )?((?:M[0-9]+ )*)M140 MB ?(?:MAX|[-+0-9.]+)(?: F ?[A-Z0-9.]+)?((?: M[0-9]+)*)")
 _MOTION = re.compile(r"(?:L|LN|C|CR|CP|CT|LP|CYCL CALL) ")
 _AWAY = re.compile(r"\bM(?:9[12]|140)\b")
 
@@ -45,6 +47,8 @@ class HeidenhainMoves(HeidenhainDefined):
             yield from self._begin(text, line)
         elif text.startswith("END PGM"):
             yield Block(line, {}, m=(300,))
+        elif retract := _RETRACT.fullmatch(text):
+            yield from self._away(retract[1] + retract[2], line)
         elif re.match(r"(?:L|LN) ", text):
             yield from self._straight(text.partition(" ")[2], line)
         elif text.startswith("CC"):
@@ -74,8 +78,6 @@ class HeidenhainMoves(HeidenhainDefined):
             self._close_corner()
         elif re.fullmatch(r"M128 F ?(?:MAX|AUTO|[0-9.]+)|(?:M[0-9]+ ?)+", text):  # F: of what makes up for turning
             yield from self._behind([int(n) for n in re.findall(r"M([0-9]+)", text)], line)
-        elif text.startswith("M140"):
-            yield self._away(line)
         elif text.startswith("TCH PROBE"):
             raise ToolpathError(
                 f"{text[:24]}: a touch probe's cycle, which measures the part", hint="measure before, and take it out"
@@ -98,15 +100,13 @@ class HeidenhainMoves(HeidenhainDefined):
         unit = text.split()[-1]
         if unit not in ("MM", "INCH"):
             raise ToolpathError("BEGIN PGM without MM or INCH", hint="export it again")
+        self.cycle.mm = 1.0 if unit == "MM" else INCH_MM
         yield Block(line, {}, (210 if unit == "MM" else 200, 900, 940, 170))
 
     # -- motions -----------------------------------------------------------------------------------------------
 
     def _straight(self, text: str, line: int) -> Iterator[Block]:
         """L and LN."""
-        if re.fullmatch(r"M140 MB ?(?:MAX|[-+0-9.]+)(?: F ?[A-Z0-9.]+)?", text):
-            yield self._away(line)
-            return
         words, codes = motion_words(text)
         if "R" in words:
             raise ToolpathError("R+ or R-: a place offset by the tool's radius", hint="post the path of its centre")
@@ -120,7 +120,7 @@ class HeidenhainMoves(HeidenhainDefined):
         if self._plane is not None and turned and all(re.fullmatch(r"[-+]?Q12[0-2]", t) for t in turned):
             yield Block(line, {}, plane=self._plane, aligned=True)
             self._lose()
-            yield from self._behind(codes, line)
+            yield from self._behind(codes, line, "ABC")
             return
         before = tuple(c for c in codes if c in (*STARTING, 126, 127, 128))
         yield from self._codes(list(before), line)
@@ -142,7 +142,7 @@ class HeidenhainMoves(HeidenhainDefined):
                 self._lose("ABC")
         elif feed:
             yield Block(line, feed)
-        yield from self._behind([c for c in codes if c not in before], line)
+        yield from self._behind([c for c in codes if c not in before], line, to)
 
     def _set_center(self, text: str) -> None:
         words, _ = motion_words(text.strip())
@@ -192,9 +192,12 @@ class HeidenhainMoves(HeidenhainDefined):
             if pole.code != 170:
                 yield Block(line, {}, (170,))
         self._at |= to
-        yield from self._behind([c for c in codes if c not in before], line)
+        yield from self._behind([c for c in codes if c not in before], line, to)
 
-    def _away(self, line: int) -> Block:
-        """M140: the tool goes back along its axis, how far only the machine knows."""
+    def _away(self, codes: str, line: int) -> Iterator[Block]:
+        """M140: the tool goes back along its axis, how far only the machine knows; `codes`: the block's other M functions."""
+        numbers = [int(n) for n in re.findall(r"M([0-9]+)", codes)]
+        yield from self._behind([n for n in numbers if n in STARTING], line)
         self._lose("XYZ")
-        return Block(line, {"X": 0.0, "Y": 0.0, "Z": 0.0}, (530, 0))
+        yield Block(line, {"X": 0.0, "Y": 0.0, "Z": 0.0}, (530, 0))
+        yield from self._behind([n for n in numbers if n not in STARTING], line)
