@@ -24,7 +24,7 @@ _OTHER_LINE = re.compile(
 )
 
 
-def looks_like_gcode(data: bytes, suffix: str) -> bool:
+def looks_like_gcode(data: bytes, suffix: str = "") -> bool:
     """Whether the bytes begin like G-code: more lines with G or M codes or axis words than of another language, or some in a
     file that is named as Siemens' are.
     """
