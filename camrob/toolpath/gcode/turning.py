@@ -19,7 +19,7 @@ _MARKS = re.compile(
 )
 # Siemens' X by diameters, bound of a surface speed, cycles that turn and cut threads; Heidenhain's turning mode
 _MARKS_OF_OTHERS = re.compile(
-    r"(?<![A-Z0-9_])(?:FUNCTION MODE TURN|DIAM(?:ON|90)|LIMS[ \t]*=|CYCLE(?:9[3-9]|93[01]|940|95[0-2])[ \t]*\()"
+    r"(?<![A-Z0-9_])(?:FUNCTION MODE TURN|DIAM(?:ON|90)|LIMS[ \t]*=|CYCLE(?:9[3-9]|93[01]|940|95[0-2])(?![0-9]))"
 )
 _SURFACE_SPEED = re.compile(r"(?<![A-Z0-9.])G[ \t]*0*9(?:6|61|62)(?![0-9.])")
 
