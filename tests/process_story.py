@@ -50,6 +50,34 @@ M30
 %
 """
 
+# the first tool, the second, and the first again; a line and an arc
+PART = """%
+G21 G90 G17
+T1 M6
+S3000 M3
+G0 X0 Y0 Z45
+G1 Z2 F300
+X20
+G2 X20 Y20 I0 J10
+G0 Z50
+T2 M6
+S4000 M3
+G0 X26 Y0
+Z5
+G1 Z2 F300
+X40
+G0 Z50
+T1 M6
+S3500 M3
+G0 X-26 Y0
+G1 Z1 F200
+X-40
+G0 Z50
+M5
+M30
+%
+"""
+
 _TARGET = re.compile(r"X (-?[\d.]+),Y (-?[\d.]+),Z (-?[\d.]+)")
 
 

@@ -12,7 +12,6 @@ from threadpoolctl import threadpool_limits
 
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
-from camrob.controller.replay import program_cell
 from camrob.errors import CellError, LogError, ProgramError, UnreachableError
 from camrob.gap.conformance import effect_faults
 from camrob.gap.diagnosis import Diagnosis, PathError
@@ -52,6 +51,7 @@ from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
 from camrob.gap.rival_account import judge_accounts
 from camrob.gap.stood_elsewhere import moved_between, own_frame, stood_elsewhere
+from camrob.gap.tool_stretches import tool_stretches
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
 from camrob.gap.verdict.verdict import Verdict
 from camrob.gap.verdict.within import tolerance_of
@@ -97,16 +97,17 @@ def diagnose(
     """Diagnose the gap of some logs of one cell.
 
     withheld: logs that take no part in choosing or fitting. programs, withheld_programs: one a log, None where there is
-    none; a tool that a program sets is the one whose tip was measured. without: names of effects to leave out of the
-    library; extra: effects that the cell brings (see `cell_effects`). Raises LogError for logs that can't be diagnosed,
-    InputError for an unknown effect, CellError for an effect of the cell that breaks its promises on these logs.
+    none; a tool that a program sets is the one whose tip was measured, and of several each on its own stretch. without: names of
+    effects to leave out of the library; extra: effects that the cell brings (see `cell_effects`). Raises LogError for logs that
+    can't be diagnosed, InputError for an unknown effect, CellError for an effect of the cell that breaks its promises on these
+    logs.
     """
     if not logs:
         raise LogError("no log was given", hint="give at least one --log")
     tell = progress or silent
     tell("reading the gap", 0.05)
-    laid, others = _padded(programs, len(logs)), _padded(withheld_programs, len(withheld))
-    tooled, kept = [_tooled(p, cell) for p in laid], [_tooled(p, cell) for p in others]
+    logs, tooled, laid = _of_one_tool(logs, programs, cell)
+    withheld, kept, _ = _of_one_tool(withheld, withheld_programs, cell)
     clock, held = brought_together(logs, tooled), brought_together(withheld, kept)
     taken, apart = shortened(clock.logs), shortened(held.logs)
     scenes = fitted_scenes(taken, tooled)
@@ -267,13 +268,14 @@ def _tables(cell: Cell) -> list[str]:
     return [j.name for j in cell.joints if j.role is Role.WORKPIECE]
 
 
-def _tooled(program: ProgramText | None, cell: Cell) -> Cell:
-    """The cell with the tool that the program sets, where there is a program and it does."""
-    return cell if program is None else program_cell(program, cell)[0]
-
-
-def _padded(programs: Sequence[ProgramText | None], count: int) -> list[ProgramText | None]:
-    return [*programs, *[None] * count][:count]
+def _of_one_tool(
+    logs: Sequence[MeasurementLog], programs: Sequence[ProgramText | None], cell: Cell
+) -> tuple[list[MeasurementLog], list[Cell], list[ProgramText | None]]:
+    """Logs of one tool each, the cells with these, and the programs; see `tool_stretches`. Of logs that have none behind the last
+    program none is known.
+    """
+    parts = tool_stretches(logs, [*programs, *[None] * len(logs)][: len(logs)], cell)
+    return [p.log for p in parts], [p.cell for p in parts], [p.program for p in parts]
 
 
 def _rms(vectors: Sequence[Array]) -> float:

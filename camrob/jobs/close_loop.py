@@ -30,8 +30,8 @@ from camrob.jobs.post import post
 from camrob.jobs.release.beside import fastest_that_cuts
 from camrob.languages import language_of_file
 from camrob.measurement.read_log import read_log
-from camrob.prediction.force_model import CuttingForce
-from camrob.prediction.read_force import read_force
+from camrob.prediction.force_model import CuttingForces
+from camrob.prediction.read_force import read_forces
 from camrob.progress import Progress
 from camrob.report.closing.page import ledger_report
 from camrob.summaries.closing.close_loop_summary import CloseLoopSummary, LoopTurn
@@ -105,7 +105,7 @@ class _Loop:
         job: LoopJob,
         out: Path,
         cell: Cell,
-        force: CuttingForce | None,
+        force: CuttingForces | None,
         rehearsed: DiagnosedMachine | None,
         progress: Progress | None,
     ) -> None:
@@ -182,7 +182,7 @@ class _Loop:
                 calibration=_fitted(found),
                 diagnosis=found,
                 force=self.job.force,
-                setup=self.job.set_up if self.force is not None and self.force.asks_removal else None,
+                setup=self.job.set_up if self.force is not None and self.force.asks_setup else None,
                 out=folder,
                 progress=self.progress,
             )
@@ -325,9 +325,9 @@ class _Loop:
         return DiagnosisSummary.from_json(_made_earlier(folder / "diagnosis.json"))
 
 
-def _force_for_all_turns(job: LoopJob) -> CuttingForce | None:
+def _force_for_all_turns(job: LoopJob) -> CuttingForces | None:
     """The job's force. Raises InputError for one that the second turn could do nothing with, before anybody runs the first."""
-    force = None if job.force is None else read_force(job.force)
+    force = None if job.force is None else read_forces(job.force)
     if force is not None and force.asks_removal and not job.set_up.is_file():
         hint = "give depth_mm and width_mm, or a setup with stock and cutter"
         raise InputError("leaves depth or width to the removal", hint=hint, path=job.force)

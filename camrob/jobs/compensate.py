@@ -30,7 +30,9 @@ from camrob.jobs.files.solution_program import check_feed, program_of_solution
 from camrob.jobs.files.solved_path import is_solution, save_solution
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
-from camrob.jobs.predicting.removal import beside_program, removal_of
+from camrob.jobs.predicting.program_tools import pushed_in
+from camrob.jobs.predicting.removal import beside_program
+from camrob.jobs.predicting.removed_by_run import removal_of
 from camrob.jobs.release.beside import compensated_manifest, fastest_that_cuts, said_to_be_compensated
 from camrob.jobs.release.compensation import (
     analyses_before_after,
@@ -41,7 +43,7 @@ from camrob.jobs.release.compensation import (
 from camrob.jobs.solving.sought import Sought
 from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.languages import language_of_file
-from camrob.prediction.read_force import read_force
+from camrob.prediction.read_force import read_forces
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress
@@ -99,8 +101,8 @@ def compensate(
         calibration: the CALIBRATION.toml of the cell; None: a diagnosis found no constants.
         diagnosis: the folder of the diagnosis that wrote the calibration.
         force: FORCE.toml, what pushes on the tool while it cuts; what yields under it is taken off too.
-        setup: the set-up with stock and cutter, for a force that leaves its engagement to the removal; None: setup.toml beside
-            the program.
+        setup: the set-up with stock and cutter, for a force that leaves its engagement to the removal or goes by the numbers of
+            tools; None: setup.toml beside the program.
         feed: mm/min, for a solution only.
         progress: called with a stage and the share of it that is done, 0 to 1.
 
@@ -129,11 +131,13 @@ def compensate(
         raise InputError(f"is compensated already, as {already} beside it says", hint=hint, path=program)
     machine = cell_for("compensate", cell)
     found = None if calibration is None else read_calibration(calibration, machine)
-    known = _machine(found, diagnosis, force, setup, Path(cell), machine, program)
     check_feed(program, feed)
     with TemporaryDirectory() as scratch:
         source = program_of_solution(program, machine, feed, Path(scratch)) if is_solution(program) else program
-        made = Correction(source, found, language_of_file(source), machine, progress)
+        language = language_of_file(source)
+        text = language.read(source, machine.controller_section)
+        known = _machine(found, diagnosis, force, setup, Path(cell), machine, program, text)
+        made = Correction(source, found, language, machine, progress)
         if known is not None:
             made = met_on_machine(made, known, Path(scratch) / "divided")
         used = None if found is None else _used(found, calibration)
@@ -155,27 +159,30 @@ def _machine(
     folder: Path,
     cell: Cell,
     program: Path,
+    text: ProgramText,
 ) -> DiagnosedMachine | None:
     """The machine as diagnosed, under a force, for a program; None where a calibration alone is to be met.
 
-    Raises InputError where nobody says what is wrong with it, and for a force that the removal has to tell, and no set-up does.
+    Raises InputError where nobody says what is wrong with it, and for a force that the removal has to tell, and no set-up does,
+    or that is of other tools than the program's.
     """
     if diagnosis is None and force is None and found is not None:
         return None
     alone = diagnosis is None and (found is not None or force is not None)
     units, rest = (None, 0.0) if alone else diagnosed(diagnosis, found, folder, cell)
-    pushes = None if force is None else read_force(force)
-    if setup is not None and (pushes is None or not pushes.asks_removal):
-        hint = "leave it out, or give a --force whose depth_mm or width_mm is left to the removal"
+    pushes = None if force is None else read_forces(force)
+    if setup is not None and (pushes is None or not pushes.asks_setup):
+        hint = "leave it out, or give a --force of numbered tools, or whose depth_mm or width_mm is left to the removal"
         raise InputError("is not needed: nothing asks what is cut", hint=hint, path=setup)
     removal = None
     if pushes is not None and pushes.asks_removal:
         if setup is None and not beside_program(program).is_file():
             hint = "give depth_mm and width_mm, or stock and cutter by --setup"
             raise InputError("leaves depth or width to the removal", hint=hint, path=force)
-        removal = removal_of(program, setup, cell)
+        removal = removal_of(program, text, setup, cell)
     name = "" if diagnosis is None else Path(diagnosis).name
-    return DiagnosedMachine(cell, found, units, rest, name, pushes, fastest_that_cuts(program, pushes), removal)
+    forces = () if pushes is None else pushed_in(pushes, program, text, cell, setup)
+    return DiagnosedMachine(cell, found, units, rest, name, forces, fastest_that_cuts(program, pushes), removal)
 
 
 def _used(found: Calibration, file: Path | None) -> CalibrationUsed:

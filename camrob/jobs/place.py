@@ -12,14 +12,13 @@ from camrob.bodies.table_plate import TablePlate, table_plate
 from camrob.errors import InputError
 from camrob.jobs.files.cell_for import cell_for, language_of
 from camrob.jobs.files.inputs import program_name, read_inputs
-from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.files.output import check_folder, staged_output
 from camrob.jobs.files.summary_file import write_summary
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.place_trial import FREE, UNTRIED, Trial, off_table, try_placements
 from camrob.product_grid import product_grid
 from camrob.progress import Progress, stage_of
-from camrob.redundancy.planning.placement import Placements, place_part
+from camrob.redundancy.planning.placement import Placements, place_stretches
 from camrob.report.place.page import place_report
 from camrob.report.place.place_map import place_map
 from camrob.se3 import mm_deg_from_frame
@@ -93,14 +92,13 @@ def place(
     machine = cell_for("place", cell)
     name = program_name(Path(clfile), None, language_of(machine))
     inputs = read_inputs(Path(clfile), machine, setup)
-    one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
     axes = [np.linspace(-v, v, STEPS) if v > 0.0 else np.zeros(1) for v in freedom[:2]] + [
         np.linspace(0.0, z_mm, HEIGHTS) if z_mm > 0.0 else np.zeros(1)
     ]
     shifts = mm_to_m(product_grid(axes))
     shifts = shifts[np.any(shifts != 0.0, axis=1)]  # the set-up's own placement is looked at first
     base_T_part = np.asarray(inputs.setup.base_T_part)
-    found = place_part(inputs.cell, inputs.path, base_T_part, shifts, progress=stage_of(progress, "place"))
+    found = place_stretches(inputs.by_stretch(), base_T_part, shifts, progress=stage_of(progress, "place"))
     plate = table_plate(inputs.cell)
     verdicts = off_table(inputs, plate, np.asarray(found.base_T_part))
     trial = try_placements(inputs, found, verdicts, stage_of(progress, "collisions"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,9 @@ from camrob.jobs.predicting.predicted_figures import (
     regions_of,
     size_of,
 )
-from camrob.jobs.predicting.program_tools import ProgramTools, by_tool, demand_one_tool, mounted_in
-from camrob.jobs.predicting.removal import removed, setup_for, stock_of
+from camrob.jobs.predicting.program_tools import ProgramTools, by_tool, mounted_in
+from camrob.jobs.predicting.removal import setup_for, stock_of
+from camrob.jobs.predicting.removed_by_run import removed
 from camrob.jobs.release.beside import player_beside
 from camrob.kinematics.frames import base_T_tool
 from camrob.languages import language_of_file
@@ -43,7 +45,7 @@ from camrob.measurement.log import MeasurementLog
 from camrob.prediction.against_part import against_part
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
-from camrob.prediction.read_force import read_force
+from camrob.prediction.read_force import read_forces
 from camrob.prediction.surface import CuttersOfRun, PredictedSurface, predict_surface
 from camrob.prediction.true_path import TruePath, joined_paths, true_path
 from camrob.program.motion import Blend
@@ -149,16 +151,16 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     tools, findings = mounted_in(text, machine, held)
     stock = stock_of(held, mm_to_m(asked.pitch_mm))
     units, rest = diagnosed(diagnosis, found, asked.cell, machine)
-    pushes = _force(asked, tools)
+    pushes = _forces(asked, tools)
     ran = run(text, machine, cycle=asked.cycle, progress=stage_of(progress, "simulate"))
     said = [*text.findings, *ran.findings, *findings]
     meant = text if asked.meant is None else language.read(asked.meant, machine.controller_section)
     programmed, tool_programmed = _programmed(meant, asked, machine, tools, held)
     simulated = time.perf_counter()
     base_T_part, number = np.asarray(held.base_T_part), tools.mounted[ran.motion]
-    area = _area(pushes, tools, ran.log, stock, base_T_part)
-    known: dict[str, Any] = {"rest": rest, "force": pushes, "area": area, "drawn": True}
-    path = joined_paths([true_path(log, tools.cells[k], found, units, **known) for k, log in by_tool(ran.log, number)])
+    area = removed(ran.log, number, tools, stock, base_T_part) if any(f.asks_removal for f in pushes) else None
+    stretches = _stretches(ran.log, number, tools, pushes, area)
+    path = joined_paths([true_path(*a, found, units, rest=rest, drawn=True, **more) for a, more in stretches])
     reckoned = time.perf_counter()
     cutters = CuttersOfRun(tools.cutters, tuple(0.5 * t.runout for t in tools.tools), number, tool_programmed)
     surface = predict_surface(stock, cutters, base_T_part, path, programmed, progress=stage_of(progress, "cut"))
@@ -185,7 +187,7 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
         not_met=surface.not_met,
         not_reckoned=path.not_reckoned,
         not_judged=_not_judged(tools, pushes),
-        force=None if pushes is None else force_of(pushes, path),
+        force=force_of(pushes, tools.tools, path) if pushes else None,
         part=part,
         holder=holder,
         warnings=remarks_on(program, asked.meant, held, tools.tools, pushes, surface, said),
@@ -200,28 +202,33 @@ def _predicted(asked: _Asked, progress: Progress | None) -> PredictResult:
     return PredictResult(summary, surface, path)
 
 
-def _force(asked: _Asked, tools: ProgramTools) -> CuttingForce | None:
-    """What pushes on the program's tool. Raises InputError where it has several."""
+def _forces(asked: _Asked, tools: ProgramTools) -> tuple[CuttingForce, ...]:
+    """What pushes on each of the program's tools; none where nothing does."""
     if asked.force is None:
-        return None
-    demand_one_tool(asked.force, asked.program, len(tools.cells))
-    return read_force(asked.force)
+        return ()
+    return read_forces(asked.force).on([tool.number for tool in tools.tools], asked.program.name)
 
 
-def _area(
-    pushes: CuttingForce | None, tools: ProgramTools, log: MeasurementLog, stock: Dexels, base_T_part: Array
-) -> Array | None:
-    """(N,) m2 that is cut across the way to each row of the run, for a force that asks for it."""
-    if pushes is None or not pushes.asks_removal:
-        return None
-    return removed(log, tools.cells[0], stock, tools.cutters[0], base_T_part)
+def _stretches(
+    run_log: MeasurementLog,
+    number: NDArray[np.int64],
+    tools: ProgramTools,
+    pushes: Sequence[CuttingForce],
+    area: Array | None,
+) -> Iterator[tuple[tuple[MeasurementLog, Cell], dict[str, Any]]]:
+    """A run between two changes of tools: its rows and the cell with the tool, what pushes on that, and what it cuts."""
+    for k, rows, log in by_tool(run_log, number):
+        yield (
+            (log, tools.cells[k]),
+            {"force": pushes[k] if pushes else None, "area": None if area is None else area[rows]},
+        )
 
 
-def _not_judged(tools: ProgramTools, pushes: CuttingForce | None) -> tuple[str, ...]:
+def _not_judged(tools: ProgramTools, pushes: Sequence[CuttingForce]) -> tuple[str, ...]:
     """What else a real cut has."""
     what = ["wear of the tool", "chatter"]
     given = {
-        CAUSE: pushes is not None,
+        CAUSE: bool(pushes),
         "run-out of the tool": all(t.runout for t in tools.tools),
         "the holder": all(t.holder for t in tools.tools),
     }
@@ -243,7 +250,7 @@ def _programmed(
     number = tools.mounted[ran.motion]
     poses = [
         base_T_tool(tools.cells[k], tools.cells[k].to_q(log.axes(machine.axis_names)))
-        for k, log in by_tool(ran.log, number)
+        for k, _rows, log in by_tool(ran.log, number)
     ]
     return np.concatenate(poses), number
 

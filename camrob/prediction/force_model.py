@@ -8,13 +8,16 @@ does within one is vibration, and no part of this.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CuttingForce", "Milling", "Stated"]
+from camrob.errors import InputError
+
+__all__ = ["CuttingForce", "CuttingForces", "Milling", "Stated"]
 
 Array = NDArray[np.float64]
 
@@ -113,15 +116,14 @@ class Stated:
 
 @dataclass(frozen=True)
 class CuttingForce:
-    """FORCE.toml. doubt: share of the force by which it may be wrong, one standard deviation. give: (2,) m/N that tool and holder
-    yield across and along the tool. fastest: m/s, motions that are programmed faster cut nothing. path: the file.
+    """What pushes on one tool. doubt: share of the force by which it may be wrong, one standard deviation. give: (2,) m/N that
+    tool and holder yield across and along the tool. path: FORCE.toml.
     """
 
     path: Path
     model: Stated | Milling
     doubt: float
     give: Array
-    fastest: float = float("inf")
 
     @property
     def asks_removal(self) -> bool:
@@ -149,6 +151,53 @@ class CuttingForce:
         x /= np.maximum(speed, _STANDS)[:, None]
         along, across, axial = self.mean(np.where(speed > _STANDS, speed, 0.0), area).T[:, :, None]
         return np.asarray(along * x + across * np.cross(z, x) + axial * z)
+
+
+@dataclass(frozen=True)
+class CuttingForces:
+    """FORCE.toml. by_number: what pushes on the set-up's tools, by their numbers; with the key None on the only one. fastest:
+    m/s, motions that are programmed faster cut nothing.
+    """
+
+    path: Path
+    by_number: Mapping[int | None, CuttingForce]
+    fastest: float = float("inf")
+
+    @property
+    def asks_removal(self) -> bool:
+        """Whether it takes the removal to know how much of a tool is engaged."""
+        return any(force.asks_removal for force in self.by_number.values())
+
+    @property
+    def names_tools(self) -> bool:
+        """Whether it goes by the numbers that a set-up gives its tools."""
+        return None not in self.by_number
+
+    @property
+    def asks_setup(self) -> bool:
+        """Whether it takes a set-up: to know what is removed, or which tool has which number."""
+        return self.asks_removal or self.names_tools
+
+    def on(self, numbers: Sequence[int | None], program: str) -> tuple[CuttingForce, ...]:
+        """What pushes on each of a program's tools, by the numbers that its set-up gives them.
+
+        Raises InputError where the file speaks of one tool and the program has several, or not of one that it has.
+        """
+        if not self.names_tools:
+            if len(numbers) > 1:
+                what = f"says what pushes on one tool, and {program} sets {len(numbers)}"
+                hint = "give a [[tool]] for each, with the number that it has in the set-up and its [tool.mean] or [tool.milling]"
+                raise InputError(what, hint=hint, path=self.path)
+            return (self.by_number[None],)
+        for number in numbers:
+            if number not in self.by_number:
+                named = "a tool without a number" if number is None else f"tool {number}"
+                known = ", ".join(str(n) for n in self.by_number)
+                what = f"speaks of tool {known}, and {program} cuts with {named}"
+                raise InputError(
+                    what, hint="add its [[tool]], with the number that it has in the set-up", path=self.path
+                )
+        return tuple(self.by_number[number] for number in numbers)
 
 
 _STANDS = 1e-5  # m/s: a tool that moves no faster stands

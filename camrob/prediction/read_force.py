@@ -5,16 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camrob.errors import InputError
-from camrob.prediction.force_model import CuttingForce, Milling, Stated
+from camrob.prediction.force_model import CuttingForce, CuttingForces, Milling, Stated
 from camrob.prediction.materials import MATERIAL_DOUBT, MATERIALS
 from camrob.toml.read_toml import read_toml
 from camrob.toml.table_reader import TableReader
 from camrob.units import mm_min_to_m_s, mm_to_m, um_to_m
 
-__all__ = ["read_force"]
+__all__ = ["read_forces"]
 
+_LAST_NUMBER = 10**6  # of a tool, as in set-ups
 _MOST = 1e5  # N, and N/mm2 or N/mm of coefficients: beyond any cut
 _SECONDS = 60.0  # a minute
 _DOUBT = 0.25  # of a force: what coefficients of one alloy in several handbooks differ by
@@ -23,9 +25,47 @@ _SENSES = {"clockwise": 1, "counterclockwise": -1}
 _KINDS = ("tangential", "radial", "axial")
 
 
-def read_force(path: Path) -> CuttingForce:
-    """The force model of a file. Raises InputError with file and key for what is wrong."""
-    table = TableReader(read_toml(Path(path), InputError), Path(path), error=InputError)
+def read_forces(path: Path) -> CuttingForces:
+    """The forces of a file. Raises InputError with file and key for what is wrong."""
+    path = Path(path)
+    data = read_toml(path, InputError)
+    table = TableReader(data, path, error=InputError)
+    doubt = _doubt(table)
+    fastest = float("inf")
+    if "fastest_cut_mm_min" in table:
+        fastest = mm_min_to_m_s(table.number("fastest_cut_mm_min", lower=1e-3, upper=1e6))
+    by_number: dict[int | None, CuttingForce] = {}
+    if isinstance(data.get("tool"), list):
+        for tool in table.tables("tool"):
+            number = tool.integer("number", lower=1, upper=_LAST_NUMBER)
+            if number in by_number:
+                raise tool.fail("number", f"{number} appears twice", "give what pushes on each tool once")
+            own = _doubt(tool)
+            by_number[number] = _force(tool, doubt if own is None else own, _give(tool))
+            tool.finish()
+    else:
+        give = np.zeros(2)
+        if "tool" in table:
+            tool = table.table("tool")
+            give = _give(tool)
+            tool.finish()
+        by_number[None] = _force(table, doubt, give)
+    table.finish()
+    return CuttingForces(path, by_number, fastest)
+
+
+def _doubt(table: TableReader) -> float | None:
+    return table.number("doubt", lower=0.0, upper=2.0) if "doubt" in table else None
+
+
+def _give(table: TableReader) -> NDArray[np.float64]:
+    """(2,) m/N that tool and holder yield across and along the tool."""
+    keys = [f"{k}_um_n" for k in ("across", "along")]
+    return um_to_m(np.array([table.number(k, lower=0.0, upper=1e3) if k in table else 0.0 for k in keys]))
+
+
+def _force(table: TableReader, doubt: float | None, give: NDArray[np.float64]) -> CuttingForce:
+    """What pushes on one tool, of the table that holds [mean] or [milling]."""
     if ("mean" in table) == ("milling" in table):
         what = "is given with [milling]" if "mean" in table else "is missing, and [milling] too: this is no force file"
         raise table.fail("mean", what, "give [mean] or [milling]")
@@ -39,17 +79,7 @@ def read_force(path: Path) -> CuttingForce:
         milling = table.table("milling")
         usual = MATERIAL_DOUBT if "material" in milling else _DOUBT
         model = _milling(milling)
-    doubt = table.number("doubt", lower=0.0, upper=2.0) if "doubt" in table else usual
-    give = np.zeros(2)
-    if "tool" in table:
-        tool = table.table("tool")
-        give = um_to_m(np.array([tool.number(f"{k}_um_n", lower=0.0, upper=1e3) for k in ("across", "along")]))
-        tool.finish()
-    fastest = float("inf")
-    if "fastest_cut_mm_min" in table:
-        fastest = mm_min_to_m_s(table.number("fastest_cut_mm_min", lower=1e-3, upper=1e6))
-    table.finish()
-    return CuttingForce(Path(path), model, doubt, give, fastest)
+    return CuttingForce(table.path, model, usual if doubt is None else doubt, give)
 
 
 def _milling(table: TableReader) -> Milling:

@@ -17,7 +17,7 @@ from camrob.jobs.closing.loop_file import read_loop_job
 from camrob.jobs.files.cell_for import cell_for
 from camrob.measurement.log_info import read_info
 from camrob.measurement.table_facts import read_table_facts
-from camrob.prediction.read_force import read_force
+from camrob.prediction.read_force import read_forces
 from camrob.toml.key_line import key_line
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +75,7 @@ OTHERS = {
     ),
     "FORCE.toml": (
         "[mean]\nalong_n = -5\nacross_n = 3\naxial_n = 10\n",
-        read_force,
+        read_forces,
         (("axial_n = 10", "axial_n = nan"), ("along_n = -5", "allong_n = -5")),
     ),
     "JOB.toml": (
@@ -157,4 +157,4 @@ def test_lines_of_keys(tmp_path: Path) -> None:
 def test_a_file_that_names_no_line_is_named(tmp_path: Path) -> None:
     (tmp_path / "FORCE.toml").write_text("", encoding="utf-8")
     with pytest.raises(CamrobError, match=r"FORCE\.toml: mean: is missing"):
-        read_force(tmp_path / "FORCE.toml")
+        read_forces(tmp_path / "FORCE.toml")

@@ -6,10 +6,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from process_story import TWO_TOOLS, cell_with, posted
+from process_story import PART, TWO_TOOLS, cell_with, posted
 from rapid_job import CELL as RAPID_CELL
 from rapid_job import write_job
-from test_several_tools import PART
 
 import camrob
 from camrob.errors import ToolpathError, VerificationError

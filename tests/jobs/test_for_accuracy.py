@@ -27,6 +27,7 @@ from camrob.gap.effects.robot_size import ordinary_compliance
 from camrob.jobs.solving.chain_constants import chain_constants
 from camrob.jobs.solving.machine_errors import machine_errors
 from camrob.jobs.solving.sought import Sought, check_sought
+from camrob.prediction.read_force import read_forces
 from camrob.redundancy.accuracy.part_error import error_numbers, expected_squares
 from camrob.redundancy.accuracy.posture_errors import PLACES
 from camrob.summaries.fitted.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
@@ -92,7 +93,7 @@ def test_without_a_diagnosis_stiffness_alone_counts_and_is_said_to_be_assumed(tm
     assert "nobody measured" in errors.counted[0] and "any side" in errors.counted[-2]
     force = tmp_path / "FORCE.toml"
     force.write_text("doubt = 0.1\n[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n")
-    pushed = machine_errors(Sought(FOLDER, force=force), CELL, None)
+    pushed = machine_errors(Sought(FOLDER, force=force), CELL, None, *read_forces(force).on([None], "it"))
     assert pushed.any_force == 0.0 and pushed.doubt == pytest.approx(np.hypot(0.1, np.log(2.0)))
     np.testing.assert_allclose(pushed.granted, pushed.compliance / np.sqrt(3.0))
     np.testing.assert_allclose(pushed.force.mean(np.array([0.02])), [[-60.0, 30.0, 20.0]])
@@ -128,7 +129,7 @@ def test_a_force_that_asks_for_the_removal_needs_stock_and_cutter(tmp_path: Path
         "radial_n_mm2 = 300\naxial_n_mm2 = 100\n"
     )
     with pytest.raises(InputError, match="depth_mm"):
-        machine_errors(Sought(FOLDER, force=force), CELL, None)
+        machine_errors(Sought(FOLDER, force=force), CELL, None, *read_forces(force).on([None], "it"))
 
 
 def test_options_that_do_not_fit_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from test_planned import raster
 from camrob.cell.setup import Body, Setup
 from camrob.cutting.cutter import Cutter
 from camrob.jobs.solving.surface_of_path import SurfaceOfPath
-from camrob.prediction.read_force import read_force
+from camrob.prediction.read_force import read_forces
 from camrob.redundancy.planning.for_accuracy import pushed
 from camrob.redundancy.planning.waypoints import waypoints
 
@@ -112,7 +112,9 @@ def test_a_plan_takes_the_engagement_from_the_removal(tmp_path):
     known = SurfaceOfPath(Cutter(0.004, 0.0, 0.03), np.eye(4), block, "the stock")
     w = waypoints(path, 0.02)
     push = [
-        np.asarray(pushed(w, path, errors_of(force=read_force(tmp_path / f), normals=known)).push)[:, :3]
+        np.asarray(pushed(w, path, errors_of(force=read_forces(tmp_path / f).on([None], f)[0], normals=known)).push)[
+            :, :3
+        ]
         for f in ("asks.toml", "says.toml")
     ]
     middle = np.abs(np.asarray(w.base_T_tip)[:, 0, 3]) < 0.04

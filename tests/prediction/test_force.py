@@ -26,8 +26,8 @@ from camrob.jobs.solving.machine_errors import machine_errors
 from camrob.jobs.solving.sought import Sought
 from camrob.languages.krl.reader.read_krl import read_krl
 from camrob.prediction.deflection import CAUSE
-from camrob.prediction.force_model import Milling
-from camrob.prediction.read_force import read_force
+from camrob.prediction.force_model import CuttingForce, Milling
+from camrob.prediction.read_force import read_forces
 from camrob.prediction.true_path import true_path
 
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
@@ -92,6 +92,11 @@ def force_file(folder: Path, text: str) -> Path:
     return file
 
 
+def pushing(file: Path) -> CuttingForce:
+    """What a file that speaks of one tool has push on it."""
+    return read_forces(file).on([None], "a program")[0]
+
+
 MEAN = "[mean]\nalong_n = -60\nacross_n = 30\naxial_n = 20\n"
 
 
@@ -102,11 +107,11 @@ def test_a_material_stands_for_its_coefficients(tmp_path: Path) -> None:
     """A slot in Al7075-T6, 0.05 mm a tooth and 2 mm deep, by hand: 2 x 2/4 x 168.8 x 0.05 + 2 x 2/pi x 26.6 = 42.31 N hold it
     back; with its tangential coefficients 38.35 + 35.27 = 73.62 N push across.
     """
-    force = read_force(force_file(tmp_path, MILL + 'material = "al7075-t6"\n'))
+    force = pushing(force_file(tmp_path, MILL + 'material = "al7075-t6"\n'))
     along, across, _ = force.mean(np.array([0.05 * MM * 2 * TURN]))[0]
     assert (along, across) == (pytest.approx(-42.31, abs=0.05), pytest.approx(73.62, abs=0.05))
     assert force.doubt == pytest.approx(np.std([600.46, 767.01, 951.365, 1319.41], ddof=1) / 909.6, abs=0.01)
-    assert read_force(force_file(tmp_path, "doubt = 0.1\n" + MILL + 'material = "al6082-t6"\n')).doubt == 0.1
+    assert pushing(force_file(tmp_path, "doubt = 0.1\n" + MILL + 'material = "al6082-t6"\n')).doubt == 0.1
 
 
 @pytest.mark.parametrize(("across", "down"), [(1.0, 0.0), (1.0, 1.0), (0.001, 1.0), (0.0, 1.0)])
@@ -114,7 +119,7 @@ def test_a_plunge_is_not_pushed_aside(across: float, down: float, tmp_path: Path
     """Of 60 N against the feed and 30 N across it there is the share of the feed that goes across the tool: none in a plunge, a
     thousandth where it drifts by that, and never all of it at the least drift.
     """
-    force = read_force(force_file(tmp_path, MEAN))
+    force = pushing(force_file(tmp_path, MEAN))
     t = np.linspace(0.0, 1.0, 11)
     poses = np.tile(np.eye(4), (11, 1, 1))
     poses[:, :3, 3] = 5.0 * MM * t[:, None] * np.array([across, 0.0, -down])
@@ -158,14 +163,14 @@ def test_springs_give_as_an_arm_of_other_code_says(program: Path, tmp_path: Path
     given[own] = np.mean([2e-6, 3e-6, 2e-6]) * np.array([1.0, 4.0, 4.0])
     yields = {f"A{k + 1}.compliance": given[k] for k in (0, 1, 4)}
     if not measured:
-        planner = machine_errors(Sought(CELL, force=force_file(tmp_path, MEAN)), read_cell(CELL), None)
+        planner = machine_errors(Sought(CELL), read_cell(CELL), None, pushing(force_file(tmp_path, MEAN)))
         given, own, yields = planner.compliance, np.arange(6), {"A1.zero": 1e-5}
     fitted = calibration(tmp_path / "fitted.toml", yields)
     cell = read_cell(CELL)
     text = read_krl(program)
     tooled, _ = program_cell(text, cell)
     run = simulate(text, cell, cycle=0.012).log
-    force = read_force(force_file(tmp_path, "doubt = 0.1\n" + MEAN + "[tool]\nacross_um_n = 0.05\nalong_um_n = 0.01\n"))
+    force = pushing(force_file(tmp_path, "doubt = 0.1\n" + MEAN + "[tool]\nacross_um_n = 0.05\nalong_um_n = 0.01\n"))
     found = read_calibration(fitted, cell)
     path = true_path(run, tooled, found, None, rest=0.0, force=force)
     plain = true_path(run, tooled, found, None, rest=0.0)
@@ -259,6 +264,8 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
         (MEAN + "[milling]\nteeth = 2\n", "mean"),
         ("[mean]\nalong_n = nan\nacross_n = 0\naxial_n = 0\n", "mean.along_n"),
         (MEAN + "wrong = 3\n", "wrong"),
+        (MEAN + "[[tool]]\nnumber = 1\n", "tool 1.mean: is missing"),
+        ("[[tool]]\nnumber = 1\n[tool.mean]\nalong_n = 1\nacross_n = 1\naxial_n = 1\n" * 2, "number: 1 appears twice"),
         (MILL + 'material = "cheese"\n', "milling.material"),
         (MILL + 'material = "al6082-t6"\nradial_edge_n_mm = 3\n', "milling.radial_edge_n_mm: is given beside material"),
         (
@@ -270,4 +277,4 @@ def test_the_page_says_what_pushes_and_what_cannot_be_told_apart(program: Path, 
 )
 def test_what_is_wrong_in_the_file_is_named(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message):
-        read_force(force_file(tmp_path, text))
+        read_forces(force_file(tmp_path, text))

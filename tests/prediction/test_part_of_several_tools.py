@@ -16,6 +16,14 @@ from camrob.jobs.predict import predict
 CUT = TWO_TOOLS.replace("diameter_mm", "corner_radius_mm = 0\ndiameter_mm", 1).replace(
     "diameter_mm = 6", "corner_radius_mm = 3\ndiameter_mm = 6"
 )
+PUSHED = """[[tool]]
+number = {}
+along_um_n = {}
+[tool.mean]
+along_n = 0
+across_n = 0
+axial_n = {}
+"""
 STOCK = "[stock]\nbox_mm = [-60, -30, -5, 60, 40, 6]\n"
 
 
@@ -39,6 +47,18 @@ def test_the_part_of_several_tools_is_cut_by_each_of_them(made: PostResult, tmp_
         walls = here & (point[:, 2] > 5.0)
         np.testing.assert_allclose(np.abs(point[walls, 1]).max(), half, atol=2e-3)
     assert "run-out of the tool" in part.summary.not_judged and part.summary.holder is None
+    # pushed up and down by forces at which joints hardly give
+    known["force"] = tmp_path / "FORCE.toml"
+    known["force"].write_text(PUSHED.format(1, 100.0, 1) + PUSHED.format(2, 50.0, -2))
+    pushed = predict(made.out / "part.src", cell=KR15, out=tmp_path / "pushed", pitch_mm=0.5, **known)
+    point, off, up = pushed.surface.point * 1e3, pushed.surface.deviation * 1e3, pushed.surface.normal[:, 2] > 0.99
+    for x, expected in ((10.0, 0.3), (35.0, 0.1)):
+        here = up & (np.abs(point[:, 0] - x) < 2.0) & (np.abs(point[:, 1]) < 1.0) & (point[:, 2] < 3.0)
+        np.testing.assert_allclose(off[here], expected, atol=1.5e-2)
+    assert (
+        pushed.summary.force.words.startswith("on mill 10 0 N along")
+        and "; on ball 6 0 N" in pushed.summary.force.words
+    )
 
 
 def test_tools_that_nothing_tells_apart_are_not_predicted(made: PostResult, tmp_path: Path) -> None:

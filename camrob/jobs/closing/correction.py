@@ -25,7 +25,6 @@ from camrob.jobs.closing.off_way import OffWay, off_path_size
 from camrob.jobs.closing.rewrite import rewritten
 from camrob.jobs.closing.tool_chains import ToolChains
 from camrob.jobs.predicting.predicted_figures import likely_of
-from camrob.jobs.predicting.program_tools import demand_one_tool
 from camrob.program.language import Language
 from camrob.program.motion import Motion
 from camrob.program.program_text import ProgramText
@@ -147,12 +146,7 @@ def _worth(off: OffWay, best: OffWay) -> bool:
 
 
 def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> Correction:
-    """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path.
-
-    Raises InputError where a force, which is of one tool, is to push on several.
-    """
-    if known.force is not None:
-        demand_one_tool(known.force.path, made.source, len(made.planned.cells))
+    """The work on the machine as diagnosed: with targets added to the program where that brings the tool nearer to its path."""
     if made.planned.others and made.found is None and known.claims_tool():
         made.left.append(Finding("tool-of-one", f"the diagnosis {_OF_ONE}"))
     _demand_cuts(known, made.text)
@@ -168,9 +162,9 @@ def met_on_machine(made: Correction, known: DiagnosedMachine, scratch: Path) -> 
         finer.meet_on(known)
         if _worth(finer.off_path, made.off_path):
             added, made = lines_added(made.text, places), finer
-    if known.force is not None and not as_it_was.bends():
+    if known.forces and not as_it_was.bends():
         what = "nothing is known to yield under the force, and nothing is taken off for it: diagnosis and calibration hold no"
-        made.left.append(Finding("force-bends-nothing", f"{what} compliance, {known.force.path.name} no [tool]"))
+        made.left.append(Finding("force-bends-nothing", f"{what} compliance, {known.forces[0].path.name} no [tool]"))
     if made.more:
         made.left += _farther(before, made, meant_rows(made.text, added))
     made.left += _too_fast(made)
@@ -195,7 +189,7 @@ def _demand_cuts(known: DiagnosedMachine, program: ProgramText) -> None:
     if led.any() and not known.cuts(program).any():
         slowest = m_s_to_mm_min(float(np.nanmin(np.asarray(program.speed)[led])))
         what = f"fastest_cut_mm_min = {m_s_to_mm_min(known.fastest):g} is below the feed of all that cuts ({slowest:g} at least)"
-        file = None if known.force is None else known.force.path
+        file = known.forces[0].path if known.forces else None
         raise InputError(what, hint="give the fastest feed that cuts", path=file)
 
 

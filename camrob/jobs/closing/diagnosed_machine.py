@@ -21,7 +21,7 @@ from camrob.gap.observation.program_track import nearest_on_path
 from camrob.jobs.closing.off_way import OffWay
 from camrob.jobs.closing.run_way import RunWay, arcs_of
 from camrob.jobs.closing.tool_chains import ToolChains
-from camrob.jobs.predicting.removal import Removal
+from camrob.jobs.predicting.removed_by_run import Removal
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
 from camrob.prediction.deflection import CAUSE
@@ -47,9 +47,9 @@ _CYCLE = 0.004  # s, a row of the run: what a lag and a corner change within a m
 @dataclass(frozen=True)
 class DiagnosedMachine:
     """A cell and what is wrong with it. constants: of its chain; units: all that a diagnosis claims, None without one; rest: m
-    in any one direction that stays unexplained, beside what `units` know of that; name: of the diagnosis; force: what pushes on
-    the tool while it cuts; fastest: m/s, lines and arcs that are programmed faster are moves in air; removal: what a run cuts,
-    for a force that asks for it.
+    in any one direction that stays unexplained, beside what `units` know of that; name: of the diagnosis; forces: what pushes
+    on each of the program's tools while it cuts, none where nothing does; fastest: m/s, lines and arcs that are programmed faster
+    are moves in air; removal: what a run cuts, for a force that asks for it.
     """
 
     cell: Cell
@@ -57,7 +57,7 @@ class DiagnosedMachine:
     units: FittedUnits | None
     rest: float
     name: str
-    force: CuttingForce | None = None
+    forces: tuple[CuttingForce, ...] = ()
     fastest: float = float("inf")
     removal: Removal | None = None
 
@@ -71,7 +71,7 @@ class DiagnosedMachine:
         ran = simulate(program, self.cell, cycle=_CYCLE, progress=progress)
         motion = np.asarray(ran.motion)
         chains = ToolChains.of(self.constants, cells, mounted[motion])
-        area = None if self.removal is None else self.removal(ran.log, cells[0])
+        area = None if self.removal is None else self.removal(ran.log, chains.mounted)
         path = self.path(ran.log, cells, chains.mounted, self.cuts(program)[motion], area)
         return MachineRun(self, program, cells, chains, ran.log, motion, path, area)
 
@@ -86,13 +86,15 @@ class DiagnosedMachine:
         """The machine's path on a run of the virtual controller; the force pushes where it `cuts` (N,), and bends what was found
         to yield: a correction takes off nothing that is only ordinary. mounted: (N,) with which of the tools.
         """
-        known: dict[str, Any] = {"rest": self.rest, "force": self.force, "assumed": False}
+        known: dict[str, Any] = {"rest": self.rest, "assumed": False}
         parts = []
         for rows in runs_of(mounted):
             columns = {name: np.asarray(values)[rows] for name, values in log.columns.items()}
             own = MeasurementLog(columns, log.info)
+            tool = int(mounted[rows.start])
             known |= {"area": None if area is None else area[rows], "cuts": cuts[rows]}
-            parts.append(true_path(own, cells[mounted[rows.start]], self.constants, self.units, **known))
+            known["force"] = self.forces[tool] if self.forces else None
+            parts.append(true_path(own, cells[tool], self.constants, self.units, **known))
         return joined_paths(parts)
 
     def claims_tool(self) -> bool:

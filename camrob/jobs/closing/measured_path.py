@@ -10,10 +10,11 @@ from scipy.spatial import cKDTree
 
 from camrob.cell.cell import Cell
 from camrob.controller.programmed_path import ProgrammedPath, programmed_path
-from camrob.controller.replay import program_cell, replay
+from camrob.controller.replay import replay
 from camrob.errors import LogError
 from camrob.gap.observation.program_track import motions_of_lines, nearest_on_path
 from camrob.gap.observation.scene import make_scene
+from camrob.gap.tool_stretches import ToolStretch, tool_stretches
 from camrob.jobs.closing.off_way import OffWay
 from camrob.kinematics.frames import base_T_tool, world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -62,20 +63,8 @@ def measured_off_path(
     """
     if not log.has_position:
         raise LogError("has no measured position", hint="log the tool with an instrument: x, y, z", path=log.path)
-    tooled = program_cell(program, cell)[0]
-    scene = make_scene(log, tooled)
-    poses = np.array(scene.measured)
-    unseen = ~scene.seen[:, 3:].all(axis=1)
-    poses[unseen, :3, :3] = np.asarray(scene.nominal)[unseen, :3, :3]
-    tip = (inverse(scene.frames.left) @ poses @ inverse(scene.frames.right))[:, :3, 3]
-    in_base = log.info.measured_frame is MeasuredFrame.BASE
-    if in_base != (not intended.in_world):
-        frames = world_T_base(tooled, scene.postures(scene.link))
-        frames = frames if in_base else inverse(frames)
-        tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
-    motion = np.full(len(tip), -1, np.int64)
-    if scene.log.has("line"):
-        motion = meant[motions_of_lines(program, scene.log.line)]
+    parts = [_stretch(part, program, intended, meant) for part in tool_stretches([log], [program], cell)]
+    tip, motion, way = (np.concatenate(column) for column in zip(*parts, strict=True))
     place, segment, _ = nearest_on_path(tip, intended, motion)
     owner = np.asarray(intended.motion)[np.minimum(segment + 1, len(intended.motion) - 1)]
     cut = cuts[np.searchsorted(meant, owner, side="right") - 1]
@@ -85,13 +74,36 @@ def measured_off_path(
     off = np.linalg.norm(tip - place, axis=1)[cut]
     if not len(off) or np.median(off) > _FAR:
         raise LogError("is not a run of this program", hint=f"give the log of {program.name}", path=log.path)
-    seen = _seen(tip[cut], along[cut], cuts, intended, meant, by_line=scene.log.has("line"))
+    seen = _seen(tip[cut], along[cut], cuts, intended, meant, by_line=log.has("line"))
     if seen < _WHOLE:
         what = f"shows the tool on {100.0 * seen:.0f} % of the way along which {program.name} cuts"
         raise LogError(what, hint="log the whole run: the rest may be off by anything", path=log.path)
-    asked = base_T_tool(tooled, scene.postures(scene.command))[:, :3, 3]
-    way = np.append(0.0, np.linalg.norm(np.diff(asked, axis=0), axis=1) * (cut[1:] & cut[:-1]))
+    way = way * (cut & np.append(False, cut[:-1]))
     return OffPath(along[cut], OffWay(np.asarray(off), way[cut], owner[cut]))
+
+
+def _stretch(
+    part: ToolStretch, program: ProgramText, intended: ProgrammedPath, meant: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64], Array]:
+    """Of the rows (K,) of a log between two changes of tools where the tool was (K, 3), m, in the frame of the intended path; the
+    motion (K,) that `intended` has for that of the row, -1 where the log tells none; and the way (K,), m, that the set-points ask
+    for since the row before.
+    """
+    scene = make_scene(part.log, part.cell)
+    poses = np.array(scene.measured)
+    unseen = ~scene.seen[:, 3:].all(axis=1)
+    poses[unseen, :3, :3] = np.asarray(scene.nominal)[unseen, :3, :3]
+    tip = (inverse(scene.frames.left) @ poses @ inverse(scene.frames.right))[:, :3, 3]
+    in_base = part.log.info.measured_frame is MeasuredFrame.BASE
+    if in_base != (not intended.in_world):
+        frames = world_T_base(part.cell, scene.postures(scene.link))
+        frames = frames if in_base else inverse(frames)
+        tip = np.einsum("nij,nj->ni", frames[:, :3, :3], tip) + frames[:, :3, 3]
+    motion = np.full(len(tip), -1, np.int64)
+    if scene.log.has("line"):
+        motion = meant[motions_of_lines(program, scene.log.line)]
+    asked = base_T_tool(part.cell, scene.postures(scene.command))[:, :3, 3]
+    return tip, motion, np.append(0.0, np.linalg.norm(np.diff(asked, axis=0), axis=1))
 
 
 def _seen(

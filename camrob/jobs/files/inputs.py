@@ -97,6 +97,10 @@ class JobInputs:
         to_change = index + 1 < len(stretches)
         return replace(self, cell=cell, tool=held.tool, path=path, mounted=(held,), to_change=to_change)
 
+    def by_stretch(self) -> list[tuple[Cell, ToolPathInBase]]:
+        """Of each stretch between two changes of tools the cell that holds its tool, and its path."""
+        return [(held.cell, self.path.part(rows)) for held, rows in zip(self.mounted, self.path.stretches, strict=True)]
+
 
 def program_comment(inputs: JobInputs, method: str) -> tuple[str, ...]:
     """What stands at a program's head."""

@@ -24,14 +24,13 @@ from camrob.frozen import locked
 from camrob.gap.diagnose import diagnose
 from camrob.gap.diagnosis import Diagnosis
 from camrob.jobs.files.inputs import inputs_of
-from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.resolved_job import METHODS, check_method, resolve_job
 from camrob.kinematics.frames import base_T_tool
 from camrob.measurement.log import MeasurementLog
 from camrob.program.program_text import ProgramText
 from camrob.progress import Progress, stage_of
 from camrob.redundancy.path import ToolPathInBase
-from camrob.redundancy.planning.placement import Placements, place_part
+from camrob.redundancy.planning.placement import Placements, place_stretches
 from camrob.redundancy.solution import Solution
 from camrob.toolpath.toolpath import Toolpath
 
@@ -242,7 +241,7 @@ def placements(
         The placements, the present one first, with the mean and the least of 1/k_F over the path.
 
     Raises:
-        InputError: a set-up with several tools or clampings.
+        InputError: a set-up with several clampings.
         UnreachableError: none of them has the whole path in reach.
 
     Example:
@@ -254,7 +253,6 @@ def placements(
         ((2, 4, 4), True)
     """
     inputs = inputs_of(toolpath, cell, setup)
-    one_frame(inputs.mounted, inputs.setup, "placements are compared with one")
     moved = np.asarray(shifts, float).reshape(-1, 3)
     now = np.asarray(inputs.setup.base_T_part)
-    return place_part(inputs.cell, inputs.path, now, moved, progress=stage_of(progress, "place"))
+    return place_stretches(inputs.by_stretch(), now, moved, progress=stage_of(progress, "place"))

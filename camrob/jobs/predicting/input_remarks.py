@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from camrob.cell.setup import Setup, ToolSetup
@@ -24,7 +24,7 @@ def remarks_on(
     meant: Path | None,
     setup: Setup,
     tools: Sequence[ToolSetup],
-    pushes: CuttingForce | None,
+    pushes: Sequence[CuttingForce],
     surface: PredictedSurface,
     findings: Sequence[Finding],
 ) -> tuple[Remark, ...]:
@@ -46,19 +46,28 @@ def _moved_on_purpose(program: Path, meant: Path | None) -> tuple[Remark, ...]:
     return (Remark(line=0, code="compensated", text=text, count=1),)
 
 
-def _other_tool(setup: Setup, tools: Sequence[ToolSetup], pushes: CuttingForce | None) -> tuple[Remark, ...]:
-    """Where the force is that of another cutter or speed than the set-up's."""
-    if pushes is None or not isinstance(pushes.model, Milling):
-        return ()
-    model, tool, found = pushes.model, tools[0], []
-    if tool.diameter and abs(model.diameter - tool.diameter) > _SAME * tool.diameter:
-        found.append(f"a cutter of {m_to_mm(model.diameter):g} mm, and the set-up one of {m_to_mm(tool.diameter):g}")
-    turns = model.rate * _MINUTE
-    if setup.spindle_rpm and abs(turns - setup.spindle_rpm) > _SAME * setup.spindle_rpm:
-        found.append(f"{turns:g} turns a minute, and the set-up {setup.spindle_rpm:g}")
-    return tuple(
-        Remark(line=0, code="force-of-another", text=f"{pushes.path.name} has {what}", count=1) for what in found
+def _other_tool(setup: Setup, tools: Sequence[ToolSetup], pushes: Sequence[CuttingForce]) -> tuple[Remark, ...]:
+    """Where a force is that of another cutter or speed than the set-up's."""
+    found = (
+        [
+            f"{push.path.name} has {what}"
+            for push, tool in zip(pushes, tools, strict=True)
+            if isinstance(push.model, Milling)
+            for what in _other_cutter(push.model, tool, setup.spindle_rpm)
+        ]
+        if pushes
+        else []
     )
+    return tuple(Remark(line=0, code="force-of-another", text=text, count=1) for text in found)
+
+
+def _other_cutter(model: Milling, tool: ToolSetup, spindle_rpm: float | None) -> Iterator[str]:
+    """In what a force is of another cutter or speed."""
+    if tool.diameter and abs(model.diameter - tool.diameter) > _SAME * tool.diameter:
+        yield f"a cutter of {m_to_mm(model.diameter):g} mm, and the set-up one of {m_to_mm(tool.diameter):g}"
+    turns = model.rate * _MINUTE
+    if spindle_rpm and abs(turns - spindle_rpm) > _SAME * spindle_rpm:
+        yield f"{turns:g} turns a minute, and the set-up {spindle_rpm:g}"
 
 
 def _hardly_met(surface: PredictedSurface) -> tuple[Remark, ...]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.cell.setup import ToolSetup
 from camrob.prediction.against_part import PartError
 from camrob.prediction.deflection import CAUSE
 from camrob.prediction.force_model import CuttingForce
@@ -39,19 +40,24 @@ _CORRECTED = (
 )
 
 
-def force_of(pushes: CuttingForce, path: TruePath) -> PredictedForce:
-    """What is said of the force and what yields under it."""
+def force_of(pushes: Sequence[CuttingForce], tools: Sequence[ToolSetup], path: TruePath) -> PredictedForce:
+    """What is said of the force on each of the tools and what yields under it."""
     bent = next(c.twist for c in path.causes if c.name == CAUSE)
     size = np.linalg.norm(bent[:, :3], axis=1)
     return PredictedForce(
-        model=pushes.path.name,
-        words=pushes.words,
-        doubt=pushes.doubt,
+        model=pushes[0].path.name,
+        words="; ".join(_on_tool(push, tool, len(tools)) for push, tool in zip(pushes, tools, strict=True)),
+        doubt=max(push.doubt for push in pushes),
         yields=path.yields,
         granted=path.granted,
-        tool=bool(np.any(pushes.give > 0.0)),
+        tool=any(bool(np.any(push.give > 0.0)) for push in pushes),
         deflection_p95_mm=m_to_mm(float(np.quantile(size, 0.95))),
     )
+
+
+def _on_tool(push: CuttingForce, tool: ToolSetup, tools: int) -> str:
+    """A force in words, with the tool that it is on where there are several."""
+    return push.words if tools == 1 else f"on {tool.name or f'tool {tool.number}'} {push.words}"
 
 
 def size_of(deviation: Array) -> DeviationSize:

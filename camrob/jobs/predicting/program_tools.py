@@ -13,15 +13,16 @@ from camrob.cell.cell import Cell
 from camrob.cell.setup import Setup, ToolSetup
 from camrob.controller.replay import program_cells
 from camrob.cutting.cutter import Cutter
-from camrob.errors import InputError, ProgramError
+from camrob.errors import ProgramError
 from camrob.findings import Finding
 from camrob.jobs.files.mounting import tool_for
-from camrob.jobs.predicting.removal import cutter_for
+from camrob.jobs.predicting.removal import cutter_for, setup_for
 from camrob.measurement.log import MeasurementLog
+from camrob.prediction.force_model import CuttingForce, CuttingForces
 from camrob.program.program_text import ProgramText
 from camrob.runs import runs_of
 
-__all__ = ["ProgramTools", "by_tool", "demand_one_tool", "mounted_in"]
+__all__ = ["ProgramTools", "by_tool", "mounted_in", "pushed_in"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,15 +53,20 @@ def mounted_in(program: ProgramText, machine: Cell, setup: Setup) -> tuple[Progr
     return ProgramTools(cells, tools, cutters, np.asarray(mounted, np.int64)), findings
 
 
-def by_tool(run: MeasurementLog, number: NDArray[np.int64]) -> Iterator[tuple[int, MeasurementLog]]:
-    """The stretches of a run between two changes of tools, whose numbers its rows (N,) have."""
+def by_tool(run: MeasurementLog, number: NDArray[np.int64]) -> Iterator[tuple[int, slice, MeasurementLog]]:
+    """The stretches of a run between two changes of tools: the tool, by the number that rows (N,) have, which rows, and these."""
     for rows in runs_of(number):
         columns = {name: np.asarray(values)[rows] for name, values in run.columns.items()}
-        yield int(number[rows.start]), MeasurementLog(columns, run.info)
+        yield int(number[rows.start]), rows, MeasurementLog(columns, run.info)
 
 
-def demand_one_tool(force: Path, program: Path, tools: int) -> None:
-    """Raise InputError where a program sets several tools: what pushes on one says nothing of another."""
-    if tools > 1:
-        what = f"says what pushes on one tool, and {program.name} sets {tools}"
-        raise InputError(what, hint="leave --force out, or give programs of one tool each", path=force)
+def pushed_in(
+    forces: CuttingForces, program: Path, text: ProgramText, machine: Cell, setup: Path | None
+) -> tuple[CuttingForce, ...]:
+    """What pushes on each of a program's tools. Raises InputError where forces or set-up don't tell that."""
+    cells = program_cells(text, machine)[0]
+    numbers: list[int | None] = [None] * len(cells)
+    if forces.names_tools:
+        held = setup_for(program, setup, machine)
+        numbers = [tool_for(cell, held).number for cell in cells]
+    return forces.on(numbers, program.name)

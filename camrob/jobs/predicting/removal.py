@@ -1,48 +1,19 @@
-"""The stock and the cutter of a set-up, and how much of the one the other takes away on a run."""
+"""The stock and the cutter of a set-up."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from camrob.bodies.meshes import body_triangles
 from camrob.cell.cell import Cell
 from camrob.cell.read_setup import read_setup
 from camrob.cell.setup import Setup, ToolSetup
-from camrob.controller.replay import program_cell
 from camrob.cutting.cutter import Cutter
 from camrob.cutting.dexels import Dexels, of_mesh
-from camrob.cutting.engagement import removed_area
 from camrob.errors import InputError, SetupError
-from camrob.jobs.files.mounting import cutter_of, tool_for
-from camrob.kinematics.frames import base_T_tool
-from camrob.languages import language_of_file
-from camrob.measurement.log import MeasurementLog
-from camrob.prediction.surface import way_of
-from camrob.se3 import inverse
+from camrob.jobs.files.mounting import cutter_of
 
-__all__ = ["Removal", "beside_program", "cutter_for", "removal_of", "removed", "setup_for", "stock_of"]
-
-Array = NDArray[np.float64]
-Removal = Callable[[MeasurementLog, Cell], Array]
-"""(N,) m2 that a run in a cell, with the tool of its program, cuts across the way to each row."""
-
-_OF_DIAMETER = 0.05  # of the cutter, between rays: a groove of a ball is then known within some hundredths
-
-
-def removal_of(program: Path, setup: Path | None, machine: Cell) -> Removal:
-    """What runs of a program with one tool cut of the set-up's stock. Raises InputError and SetupError where that is not said."""
-    held = setup_for(program, setup, machine)
-    tooled = machine
-    if len(held.tools) > 1:  # which of them it is only the program tells
-        text = language_of_file(program).read(program, machine.controller_section)
-        tooled = program_cell(text, machine)[0]
-    cutter = cutter_for(tool_for(tooled, held), held)
-    stock = stock_of(held, 2.0 * _OF_DIAMETER * cutter.radius)
-    return lambda run, cell: removed(run, cell, stock, cutter, np.asarray(held.base_T_part))
+__all__ = ["beside_program", "cutter_for", "setup_for", "stock_of"]
 
 
 def beside_program(program: Path) -> Path:
@@ -85,10 +56,3 @@ def stock_of(setup: Setup, pitch: float) -> Dexels:
         return of_mesh(body_triangles(body), pitch)
     except InputError as error:
         raise error.at(body.mesh) from None
-
-
-def removed(run: MeasurementLog, cell: Cell, stock: Dexels, cutter: Cutter, base_T_part: Array) -> Array:
-    """(N,) m2 that is cut across the way to each row of a run, if the machine goes as it should."""
-    part_T_tool = inverse(base_T_part) @ base_T_tool(cell, cell.to_q(run.setpoints(cell.axis_names)))
-    way = way_of(part_T_tool, (cutter,))
-    return np.append(0.0, np.repeat(removed_area(stock, way.moves), np.diff(way.kept)))

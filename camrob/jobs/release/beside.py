@@ -20,7 +20,7 @@ from camrob.units import mm_min_to_m_s
 from camrob.witness.manifest import check_manifest, check_upload, digests, make_manifest
 
 if TYPE_CHECKING:
-    from camrob.prediction.force_model import CuttingForce
+    from camrob.prediction.force_model import CuttingForces
 
 __all__ = [
     "SLOWER_BY_PLAN",
@@ -79,12 +79,12 @@ def reason_for_slower(program: Path) -> str:
     return SLOWER_BY_PLAN if feed.get("mode") == "optimal" else SLOWER_BY_TOLERANCE if "tolerance" in feed else ""
 
 
-def fastest_that_cuts(program: Path, force: CuttingForce | None) -> float:
+def fastest_that_cuts(program: Path, forces: CuttingForces | None) -> float:
     """m/s beyond which a program's lines and arcs are moves in air: as FORCE.toml says, else as `post` wrote beside the program;
     infinite where neither does, and where what is beside it is of another program.
     """
-    if force is not None and force.fastest < float("inf"):
-        return force.fastest
+    if forces is not None and forces.fastest < float("inf"):
+        return forces.fastest
     said = _feed_posted(program).get("fastest_cut_mm_min")
     return float(mm_min_to_m_s(said)) if isinstance(said, int | float) and said > 0.0 else float("inf")
 

@@ -18,13 +18,11 @@ from camrob.errors import (
     CollisionError,
     JobError,
     LimitError,
-    SetupError,
     SingularError,
     UnreachableError,
     VerificationError,
 )
 from camrob.jobs.files.inputs import JobInputs
-from camrob.jobs.files.mounting import one_frame
 from camrob.jobs.solving.place_trial import TRIAL_POINTS, off_table, try_placement
 from camrob.jobs.solving.thinned import thinned
 from camrob.kinematics.arm import Arm
@@ -35,7 +33,7 @@ from camrob.redundancy.following.nearest_miss import IN_REACH
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.freedoms import plan_space
-from camrob.redundancy.planning.placement import place_part
+from camrob.redundancy.planning.placement import place_stretches
 from camrob.redundancy.published.beginnings import resolve_begun_elsewhere, resolve_published
 from camrob.se3 import mm_deg_from_frame
 from camrob.units import m_to_mm
@@ -140,9 +138,8 @@ class _Search:
         self._tried: dict[bytes, None] = {}
         self._met = Counter[str]()
         try:
-            one_frame(inputs.mounted, inputs.setup, "a placement is looked for with one")
             plan_space(inputs.cell)
-        except (CellError, SetupError):  # frames that one shift does not suit, or no closed form
+        except CellError:  # no closed form
             return
         shifts = _shifts(inputs)
         verdicts = off_table(inputs, table_plate(inputs.cell), self._placed(shifts))
@@ -166,9 +163,8 @@ class _Search:
         if not len(self._shifts):
             return f"no shift of the part {farthest} {axes} keeps it on the table" if self._searched else ""
         try:
-            found = place_part(
-                self._inputs.cell,
-                self._inputs.path,
+            found = place_stretches(
+                self._inputs.by_stretch(),
                 self._here,
                 self._shifts,
                 seconds=min(_LOOKED, self._left()),

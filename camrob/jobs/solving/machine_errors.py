@@ -23,7 +23,6 @@ from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.surface_of_path import SurfaceOfPath
 from camrob.prediction.deflection import GRANTED, Granted, granted_compliance, known_compliance
 from camrob.prediction.force_model import CuttingForce
-from camrob.prediction.read_force import read_force
 from camrob.prediction.true_path import claimed_constants
 from camrob.redundancy.accuracy.posture_errors import ARM_AXES, NoForce, PostureErrors, UnexplainedRest
 from camrob.units import m_to_mm
@@ -35,8 +34,10 @@ Array = NDArray[np.float64]
 _ANY_FORCE = 100.0  # N, of a cut that nobody has said anything of: an ordinary one for arms of this class
 
 
-def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) -> PostureErrors:
-    """The errors of a cell with its tool; surface: what counts of them, None where nobody knows.
+def machine_errors(
+    sought: Sought, cell: Cell, surface: SurfaceOfPath | None, force: CuttingForce | None = None
+) -> PostureErrors:
+    """The errors of a cell with its tool; surface: what counts of them, None where nobody knows; force: what pushes on the tool.
 
     Raises InputError and its kin for files that are wrong or don't belong together.
     """
@@ -48,7 +49,6 @@ def machine_errors(sought: Sought, cell: Cell, surface: SurfaceOfPath | None) ->
         model, constants = ErrorModel.of(cell, ()), np.zeros(0)
     else:
         model, constants = calibration.model(cell)
-    force = None if sought.force is None else read_force(sought.force)
     if force is not None and force.asks_removal and (surface is None or not surface.of_stock):
         hint = "give depth_mm and width_mm, or stock and cutter in the set-up"
         raise InputError("leaves depth or width to the removal", hint=hint, path=force.path)

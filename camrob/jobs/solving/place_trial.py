@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.bodies.table_plate import TablePlate
-from camrob.checks.collision_report import CollisionReport
+from camrob.checks.collision_report import CollisionReport, joined_collisions
 from camrob.errors import CollisionError, JobError, LimitError, SingularError, UnreachableError
 from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.solving.plan_obstacles import job_collisions, job_obstacles
@@ -19,6 +19,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.placement import Placements
 from camrob.redundancy.published.beginnings import resolve_published
 from camrob.redundancy.solution import Solution
+from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.se3 import inverse
 
 __all__ = [
@@ -172,21 +173,35 @@ def try_placement(
     part_T_tip = inverse(np.asarray(inputs.setup.base_T_part)) @ np.asarray(path.base_T_tip)
     path = replace(path, base_T_tip=base_T_part @ part_T_tip)
     moved = replace(inputs, path=path, setup=replace(inputs.setup, base_T_part=base_T_part))
+    made: list[Stretch] = []
+    touched: list[CollisionReport] = []
+    last: Array | None = None
+    for k in range(len(path.stretches)):
+        here = moved.of_stretch(k, last)
+        solution = _followed(here, resolve, clear=clear)
+        if isinstance(solution, str):
+            return solution
+        way = here.path if solution.path is None else solution.path
+        touched.append(job_collisions(here, way, solution))
+        made.append(Stretch(way, solution))
+        last = here.cell.to_axis_values(np.asarray(solution.q[-1]))
+    return joined_solutions(inputs.cell, made)[1], joined_collisions(touched)
+
+
+def _followed(inputs: JobInputs, resolve: Callable[..., Solution], *, clear: bool) -> Solution | str:
+    """The solution of one stretch, or why there is none that a program could be made of."""
     try:
-        solution = resolve(inputs.cell, path, **({"obstacles": job_obstacles(moved)} if clear else {}))
+        solution = resolve(inputs.cell, inputs.path, **({"obstacles": job_obstacles(inputs)} if clear else {}))
     except JobError as error:
         return next(
             (text for kind, text in _UNFOLLOWED.items() if isinstance(error, kind)), "the follower can't follow"
         )
-    path = path if solution.path is None else solution.path
+    path = inputs.path if solution.path is None else solution.path
     arm = inputs.cell.arm_slice
     q = np.asarray(solution.q)[:, arm]
     if np.minimum(q - inputs.cell.q_lower[arm], inputs.cell.q_upper[arm] - q).min() < _EDGE:
         return "an axis of the arm stands at its limit"
-    fast = _too_fast(inputs, path, np.asarray(solution.q))
-    if fast:
-        return fast
-    return solution, job_collisions(moved, path, solution)
+    return _too_fast(inputs, path, np.asarray(solution.q)) or solution
 
 
 def _too_fast(inputs: JobInputs, path: ToolPathInBase, q: Array) -> str:

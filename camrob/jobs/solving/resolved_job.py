@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from camrob.redundancy.published.beginnings import resolve_begun_elsewhere, reso
 from camrob.redundancy.solution import Solution
 from camrob.redundancy.stretches import Stretch, joined_solutions
 from camrob.units import m_to_mm
+
+if TYPE_CHECKING:  # few jobs are planned under a force
+    from camrob.prediction.force_model import CuttingForces
 
 __all__ = ["BEGUN", "ELSEWHERE", "METHODS", "PUBLISHED", "Residual", "ResolvedJob", "check_method", "resolve_job"]
 
@@ -92,6 +95,7 @@ def resolve_job(
     residuals: list[Residual] = []
     last: Array | None = None
     total = len(inputs.path)
+    forces = _forces(inputs, sought)
     for k, where in enumerate(inputs.path.stretches):
         here = inputs.of_stretch(k, last)
 
@@ -101,7 +105,7 @@ def resolve_job(
         kept = kept_apart(here)
         try:
             own = None if seconds is None else seconds * (where.stop - where.start) / total
-            found = _solved(replace(here, cell=kept.cell), resolve, share, device, sought, own, further)
+            found = _solved(replace(here, cell=kept.cell), resolve, share, device, sought, forces, own, further)
         except JobError as e:
             if resolve is resolve_begun_elsewhere:  # what stands against the first way is what is said
                 raise
@@ -121,12 +125,24 @@ def resolve_job(
     return ResolvedJob(replace(inputs, path=path), solution, (position, axis))
 
 
+def _forces(inputs: JobInputs, sought: Sought | None) -> CuttingForces | None:
+    """What pushes on the job's tools. Raises InputError where that is said of one of several, or not of all."""
+    if sought is None or sought.force is None:
+        return None
+    from camrob.prediction.read_force import read_forces
+
+    forces = read_forces(sought.force)
+    forces.on(list(dict.fromkeys(held.tool.number for held in inputs.mounted)), inputs.toolpath.source)
+    return forces
+
+
 def _solved(
     inputs: JobInputs,
     resolve: Callable[..., Solution],
     progress: Share,
     device: str,
     sought: Sought | None,
+    forces: CuttingForces | None,
     seconds: float | None,
     further: Mapping[str, float] | None,
 ) -> Solution:
@@ -143,7 +159,8 @@ def _solved(
         )
         from camrob.jobs.solving.surface_of_path import surface_of_path
 
-        errors = machine_errors(sought, inputs.cell, surface_of_path(inputs))
+        force = None if forces is None else forces.on([inputs.tool.number], inputs.toolpath.source)[0]
+        errors = machine_errors(sought, inputs.cell, surface_of_path(inputs), force)
     return resolve(
         inputs.cell,
         inputs.path,

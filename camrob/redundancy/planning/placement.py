@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from camrob.redundancy.planning.sought import between_nodes
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.se3 import inverse
 
-__all__ = ["Placements", "place_part"]
+__all__ = ["Placements", "place_part", "place_stretches"]
 
 Array = NDArray[np.float64]
 
@@ -70,31 +71,40 @@ def place_part(
     seconds: float | None = None,
     poses: int = POSES,
 ) -> Placements:
+    """`place_stretches` of a path that one tool goes."""
+    return place_stretches([(cell, path)], base_T_part, shifts, progress=progress, seconds=seconds, poses=poses)
+
+
+def place_stretches(
+    stretches: Sequence[tuple[Cell, ToolPathInBase]],
+    base_T_part: Array,
+    shifts: Array,
+    *,
+    progress: Share | None = None,
+    seconds: float | None = None,
+    poses: int = POSES,
+) -> Placements:
     """Placements that differ from base_T_part (4, 4) by `shifts` (S, 3), m, in `base`; the present one comes first.
 
-    path: the toolpath placed by base_T_part. About 20 ms a placement. Turning the part about an endless table's axis
-    changes nothing that the table could not make good, so it is no freedom here. seconds: of processor after which no
-    further placements are begun, and what is out of reach at first sight is looked for no further; those that there was no
-    time for are left out of what is returned. poses: of the path, at most, that stand for it. Raises UnreachableError where
-    no placement that was looked at has all of them in reach, CellError for an arm without closed form.
+    stretches: between changes of tools, the cell with the tool and the toolpath placed by base_T_part. About 20 ms a placement
+    and stretch. Turning the part about an endless table's axis changes nothing that the table could not make good, so it is no
+    freedom here. seconds: of processor after which no further placements are begun, and what is out of reach at first sight is
+    looked for no further; those that there was no time for are left out of what is returned. poses: of each stretch, at most,
+    that stand for it. Raises UnreachableError where no placement that was looked at has all of them in reach, CellError for an
+    arm without closed form.
     """
-    space = plan_space(cell)
-    w = waypoints(path, SPACING)
-    cut = np.flatnonzero(np.asarray(w.cut) > 0.0)
-    cuts = np.asarray(w.base_T_tip)[cut if len(cut) else np.arange(len(w))]
-    chosen, nearest = representatives(cuts, poses)
-    weight = np.bincount(nearest, minlength=len(chosen)).astype(float)
-    part_T_tip = inverse(base_T_part) @ cuts[chosen]
+    looked = [_Stretch.of(cell, path, base_T_part, poses) for cell, path in stretches]
     placed = np.repeat(np.asarray(base_T_part, float)[None], len(shifts) + 1, axis=0)
     placed[1:, :3, 3] += shifts
-    value = np.empty((len(placed), len(chosen)))
+    weight = np.concatenate([s.weight for s in looked])
+    value = np.empty((len(placed), len(weight)))
     until = np.inf if seconds is None else time.process_time() + seconds
     for start in range(0, len(placed), _CHUNK):
         if time.process_time() > until:
             placed, value = placed[:start], value[:start]
             break
         some = placed[start : start + _CHUNK]
-        value[start : start + _CHUNK] = _bounds(cell, space, np.einsum("aij,bjk->abik", some, part_T_tip), until)
+        value[start : start + _CHUNK] = np.concatenate([s.bounds(some, until) for s in looked], axis=1)
         if progress is not None:
             progress((start + len(some)) / len(placed))
     reached = np.all(value > 0.0, axis=1)
@@ -106,6 +116,29 @@ def place_part(
     mean = np.where(reached, value @ weight / weight.sum(), 0.0)
     worst = np.where(reached, value.min(axis=1), 0.0)
     return Placements(placed, mean, worst, int(np.argmax(mean + worst)), 0)
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Poses (A, 4, 4) of the tip in the part that stand for what one tool cuts, and how much of it (A,) each stands for."""
+
+    cell: Cell
+    space: PlanSpace
+    part_T_tip: Array
+    weight: Array
+
+    @classmethod
+    def of(cls, cell: Cell, path: ToolPathInBase, base_T_part: Array, poses: int) -> _Stretch:
+        w = waypoints(path, SPACING)
+        cut = np.flatnonzero(np.asarray(w.cut) > 0.0)
+        cuts = np.asarray(w.base_T_tip)[cut if len(cut) else np.arange(len(w))]
+        chosen, nearest = representatives(cuts, poses)
+        weight = np.bincount(nearest, minlength=len(chosen)).astype(float)
+        return cls(cell, plan_space(cell), np.asarray(inverse(base_T_part) @ cuts[chosen]), weight)
+
+    def bounds(self, base_T_part: Array, until: float) -> Array:
+        """(P, A) as `_bounds`, of placements (P, 4, 4)."""
+        return _bounds(self.cell, self.space, np.einsum("aij,bjk->abik", base_T_part, self.part_T_tip), until)
 
 
 def _bounds(cell: Cell, space: PlanSpace, base_T_tip: Array, until: float) -> Array:

@@ -8,15 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calibration_sample import calibration
-from process_story import KR15, TOOL_FRAMES, TWO_TOOLS, cell_with, posted, story, text_of
+from process_story import KR15, PART, TOOL_FRAMES, TWO_TOOLS, cell_with, posted, story, text_of
 from scipy.spatial.transform import Rotation
 
 import camrob.jobs.post as job
 import camrob.languages.krl.writer.write_krl as krl_writer
 from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
-from camrob.errors import CamrobError, InputError, JobError, ProgramError, SetupError, VerificationError
+from camrob.errors import (
+    CamrobError,
+    InputError,
+    JobError,
+    ProgramError,
+    SetupError,
+    UnreachableError,
+    VerificationError,
+)
 from camrob.jobs.compensate import compensate
+from camrob.jobs.files.inputs import read_inputs
 from camrob.jobs.place import place
 from camrob.jobs.post import PostResult
 from camrob.jobs.simulate import simulate
@@ -25,34 +34,9 @@ from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.languages.read_program import read_program
 from camrob.program.motion import Motion
+from camrob.redundancy.planning.placement import place_part
 from camrob.se3 import frame_from_mm_deg
 
-PART = """%
-G21 G90 G17
-T1 M6
-S3000 M3
-G0 X0 Y0 Z45
-G1 Z2 F300
-X20
-G2 X20 Y20 I0 J10
-G0 Z50
-T2 M6
-S4000 M3
-G0 X26 Y0
-Z5
-G1 Z2 F300
-X40
-G0 Z50
-T1 M6
-S3500 M3
-G0 X-26 Y0
-G1 Z1 F200
-X-40
-G0 Z50
-M5
-M30
-%
-"""
 POSE = (r"^spindle_rpm = ", "tool_change_pose = [20, -80, 100, 10, 60, 5, 300, 30]\nspindle_rpm = ")
 
 
@@ -283,11 +267,26 @@ def test_a_tool_that_the_set_up_lacks(tmp_path: Path) -> None:
         posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS.replace("number = 2", "number = 3"))
 
 
-def test_place_wants_one_frame(tmp_path: Path) -> None:
-    (tmp_path / "part.nc").write_text(PART)
+def test_a_place_is_one_at_which_every_tool_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bound of a placement is that of the tools' own, by how much each cuts; and the proposed place can be posted."""
+    clfile = tmp_path / "part.nc"
+    clfile.write_text(PART)
     (tmp_path / "setup.toml").write_text(TWO_TOOLS)
-    with pytest.raises(SetupError, match="tool 1 and tool 2 have different frames"):
-        place(tmp_path / "part.nc", cell=KR15, out=tmp_path / "out")
+    monkeypatch.setattr("camrob.jobs.solving.place_trial._TRIALS", 1)
+    said = place(clfile, cell=KR15, out=tmp_path / "out", x_mm=150.0, y_mm=0.0).summary
+    inputs = read_inputs(clfile, read_cell(KR15), None)
+    here, shifts = np.asarray(inputs.setup.base_T_part), np.zeros((0, 3))
+    alone = [place_part(cell, path, here, shifts) for cell, path in inputs.by_stretch()]
+    assert said.now.inv_kf_bound_min == pytest.approx(min(float(a.worst[0]) for a in alone))
+    means = [float(a.mean[0]) for a in alone]
+    assert min(means) + 1e-3 < said.now.inv_kf_bound_mean < max(means) - 1e-3
+    assert not said.stays and said.best.standing == "free" and said.best.trial is not None
+    there = str(list(said.best.part_in_base))
+    made = posted(tmp_path, "part.nc", PART, setup=TWO_TOOLS.replace("[0, 0, 198, 0, 0, 0]", there))
+    assert made.summary.conditioning.inv_kf_min > 0.0
+    (tmp_path / "far.toml").write_text(TWO_TOOLS.replace("[0, 0, 198,", "[0, 0, 1500,"))
+    with pytest.raises(UnreachableError):
+        place(clfile, cell=KR15, out=tmp_path / "out", setup=tmp_path / "far.toml", x_mm=0.0, y_mm=0.0)
 
 
 def test_the_run_on_the_ideal_controller_is_one_log_with_each_tool_at_its_time(
