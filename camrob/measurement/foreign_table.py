@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from camrob.errors import LogError
 from camrob.measurement.log import AXES, COLUMNS, DISTANCE, EXTERNAL, MOTOR, ORIENTATION, POSITION
-from camrob.measurement.table_cells import TableCells, read_cells
+from camrob.measurement.table_cells import EMPTY, TableCells, read_cells
 from camrob.measurement.table_facts import UNITS, Source, TableFacts
 from camrob.se3 import abc_to_rotation, quaternion_to_rotation, rotation_exp, rotation_to_abc
 from camrob.units import INCH_MM, deg_to_rad, m_to_mm, ms_to_s, rad_to_deg
@@ -23,10 +23,12 @@ Array = NDArray[np.float64]
 
 _TURNING = (*AXES, *(f"c{n}" for n in AXES), *MOTOR[: len(AXES)])
 _ANY_KIND = (*EXTERNAL, *(f"c{n}" for n in EXTERNAL), *MOTOR[len(AXES) :])
-_EMPTY = ("", "nan", "none", "null", "n/a", "-")  # as programs write what was not measured
 _NO_TURN = 1e-12  # length of a quaternion that says nothing
 _ROUGH = 0.02  # by which a printed rotation matrix may miss R R^T = 1
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+_DATE = re.compile(r"(\d{1,2})[./](\d{1,2})[./](\d{4})[ T,]*")
+_HALF_DAY = re.compile(r"\s*\b([AaPp])\.?[Mm]\.?$")
+_MONTHS = 12  # a number above is a day
 _NO_ITEM = object()
 _HINT = "give numbers; separator and decimal stand in [table] of its .toml"
 
@@ -89,7 +91,7 @@ def _item(cell: Any, item: int) -> Any:
 def _number(cell: Any, decimal: str) -> float:
     """A cell's number, NaN where nothing was measured, infinite where it is none."""
     text = str(cell)
-    if text.lower() in _EMPTY:
+    if text.lower() in EMPTY:
         return float("nan")
     try:
         return float(text.replace(",", ".") if decimal == "," else text)
@@ -113,14 +115,32 @@ def _stamps(cells: TableCells, source: Source) -> Array | None:
 
 def _seconds(cell: Any) -> float:
     """Since 1970, or since midnight where there is no date; NaN where it is no time."""
+    if isinstance(cell, datetime):
+        return _since_1970(cell)
+    text = str(cell).strip()
+    afternoon = _HALF_DAY.search(text)
+    if (written := _DATE.match(text)) is not None:
+        # day and month change places from land to land; within one run the time of the day tells
+        first, second, year = (int(n) for n in written.groups())
+        day, month = (second, first) if second > _MONTHS else (first, second)
+        text = f"{year:04d}-{month:02d}-{day:02d} {text[written.end() :].strip()}"
+    if afternoon is not None:
+        text = _HALF_DAY.sub("", text).strip()
+        text = re.sub(r"(?<![\d-])(\d):", r"0\1:", text)
+    later = 0.0 if afternoon is None else 12.0 * 3600.0 * (afternoon[1].lower() == "p")
     try:
-        moment = cell if isinstance(cell, datetime) else datetime.fromisoformat(str(cell))
+        found = _since_1970(datetime.fromisoformat(text))
     except ValueError:
         try:
-            day = time.fromisoformat(str(cell))
+            day_time = time.fromisoformat(text)
         except ValueError:
             return float("nan")
-        return 3600.0 * day.hour + 60.0 * day.minute + day.second + 1e-6 * day.microsecond
+        found = 3600.0 * day_time.hour + 60.0 * day_time.minute + day_time.second + 1e-6 * day_time.microsecond
+    noon = afternoon is not None and 12.0 * 3600.0 <= found % 86400.0
+    return found + later - 12.0 * 3600.0 * noon
+
+
+def _since_1970(moment: datetime) -> float:
     return ((moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - _EPOCH).total_seconds()
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from camrob.errors import LogError
 from camrob.measurement.csv_numbers import BAD_COUNT, BAD_NUMBER, BLANK_LINE, parse_table
 from camrob.measurement.foreign_table import read_foreign
+from camrob.measurement.found_table import found_facts
 from camrob.measurement.log import (
     AXES,
     COLUMNS,
@@ -29,7 +30,7 @@ from camrob.measurement.log import (
 )
 from camrob.measurement.log_info import LogInfo, read_info
 from camrob.measurement.log_units import check_plausible
-from camrob.measurement.table_facts import read_table_facts
+from camrob.measurement.table_facts import TableFacts, read_table_facts
 
 __all__ = ["read_log"]
 
@@ -80,11 +81,12 @@ def read_log(path: str | Path) -> MeasurementLog:
     info = read_info(beside) if beside.is_file() else LogInfo()
     facts = read_table_facts(beside) if beside.is_file() else None
     first = 1 if parquet else 2
+    facts, plain = _facts(path, facts, info) if not parquet else (facts, None)
     if facts is not None:
         names, table, lines = read_foreign(path, facts)
         _check_names(names, path, timed=not info.poses)
     else:
-        names, table = (_read_parquet if parquet else _read_csv)(path, timed=not info.poses)
+        names, table = plain or _read_parquet(path, timed=not info.poses)
         lines = np.arange(first, first + len(table))
     columns = {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
     if "t" not in columns:
@@ -97,6 +99,37 @@ def read_log(path: str | Path) -> MeasurementLog:
         columns["t"] = columns["t"] - columns["t"][0]
     check_plausible(columns, path, lines)
     return MeasurementLog(columns, info, path, lines)
+
+
+def _facts(
+    path: Path, given: TableFacts | None, info: LogInfo
+) -> tuple[TableFacts | None, tuple[list[str], Array] | None]:
+    """How a text file is to be read: by what [table] says, or by what its header says; or None, and names and values (N, k) of
+    one in the format itself. Raises LogError.
+    """
+    if given is not None:
+        named = bool(given.columns) or given.beside is not None or given.header == 0
+        return (given if named else found_facts(path, given, poses=info.poses) or given), None
+    try:
+        return None, _read_csv(path, timed=not info.poses)
+    except LogError:
+        found = (
+            None
+            if path.suffix.lower() in _PROGRAMS or not path.is_file()
+            else found_facts(path, None, poses=info.poses)
+        )
+        if found is None or _is_the_formats(path, found):
+            raise
+        return found, None
+
+
+def _is_the_formats(path: Path, found: TableFacts) -> bool:
+    """Whether a file is one of the format's but for a mistake in it, which is to be said."""
+    with path.open("rb") as file:
+        first = file.readline().decode("utf-8-sig", "replace").strip()
+    names = [name.strip().strip('"') for name in first.split(",")]
+    plain = found.separator == "," and found.header == 1 and not found.below and not found.last
+    return plain and all(n in names for n in found.columns)
 
 
 def _same_again(columns: Mapping[str, Array]) -> NDArray[np.bool_]:

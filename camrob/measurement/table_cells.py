@@ -16,9 +16,12 @@ from camrob.errors import LogError
 from camrob.measurement.log import COLUMNS
 from camrob.measurement.table_facts import TableFacts
 
-__all__ = ["TableCells", "read_cells"]
+__all__ = ["EMPTY", "TableCells", "decoded", "is_comment", "read_cells", "split_line"]
 
-_COMMENT = ("#", "%")
+EMPTY = ("", "nan", "none", "null", "n/a", "-")
+"""What programs write where nothing was measured, in small letters."""
+
+_COMMENT = ("#", "%", "//")
 _SHOWN = 8  # names or values in a hint
 
 
@@ -67,35 +70,44 @@ def read_cells(path: Path, facts: TableFacts) -> TableCells:
     if path.suffix.lower() == ".parquet":
         cells = _parquet(path, facts)
     else:
-        cells = _text(path, facts.separator, facts.header)
+        cells = _text(path, facts.separator, facts.header, facts.below, facts.last)
     if facts.beside is not None:
         other = _text(path.parent / facts.beside.file, facts.beside.separator, facts.beside.header)
         cells = _side_by_side(cells, other)
     return cells if facts.rows is None else _chosen(cells, *facts.rows)
 
 
-def _text(path: Path, separator: str, header: int) -> TableCells:
-    lines = _decoded(path).splitlines()
-    names = _split(lines[header - 1], separator) if 0 < header <= len(lines) else []
-    where = [k for k in range(header, len(lines)) if lines[k].strip() and not lines[k].startswith(_COMMENT)]
+def _text(path: Path, separator: str, header: int, below: int = 0, last: int = 0) -> TableCells:
+    lines = decoded(path).splitlines()[: last or None]
+    named = lines[header - 1] if 0 < header <= len(lines) else ""
+    names = split_line(named.lstrip("#%/ ") if is_comment(named) else named, separator) if named else []
+    where = [k for k in range(header + below, len(lines)) if lines[k].strip() and not is_comment(lines[k])]
     if not where:
         raise LogError("holds no samples", hint="give rows behind the header", path=path)
-    rows = [_split(lines[k], separator) for k in where]
+    rows = [split_line(lines[k], separator) for k in where]
     return TableCells(path, names, rows, np.array(where, np.int64) + 1, np.arange(len(rows)))
 
 
-def _decoded(path: Path) -> str:
+def is_comment(line: str) -> bool:
+    """Whether a line is a remark, not of the table."""
+    return line.startswith(_COMMENT)
+
+
+def decoded(path: Path) -> str:
+    """A file's text: UTF-8, UTF-16 as Windows writes it, or the code page of an older Windows. Raises LogError."""
     try:
         raw = path.read_bytes()
     except OSError as e:
         raise LogError(f"can't be read ({e.strerror})", hint="check the path", path=path) from None
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return raw.decode("utf-16", "replace")
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return raw.decode("cp1252", "replace")  # of an older Windows; numbers are the same in both
+        return raw.decode("cp1252", "replace")  # numbers are the same in both
 
 
-def _split(line: str, separator: str) -> list[str]:
+def split_line(line: str, separator: str) -> list[str]:
     """Cells of a line; a separator between quotes is none."""
     if separator == " ":
         cells = line.split()

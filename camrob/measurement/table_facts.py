@@ -61,7 +61,8 @@ class TableFacts:
     """separator: " " for any blanks; header: the line of the names, 0 for none; units: by `UNITS`; orientation: one of
     `ORIENTATIONS`, and orientation_from its columns, () for none; columns: by the format's names, empty where the table's names
     are the format's; add: axis to the axis whose value is added to its own; step: s from row to row where no column tells the
-    time, else 0; rows: a column, and what stands there in the rows that are taken; beside: the second table.
+    time, else 0; rows: a column, and what stands there in the rows that are taken; beside: the second table. told: keys that the
+    file gives. below: lines beneath the names that hold no samples (units); last: the line of the last sample, 0 for all.
     """
 
     separator: str
@@ -75,6 +76,15 @@ class TableFacts:
     step: float
     rows: tuple[str | int, tuple[str, ...]] | None
     beside: Beside | None
+    told: frozenset[str] = frozenset()
+    below: int = 0
+    last: int = 0
+
+    @staticmethod
+    def plain() -> TableFacts:
+        """Those of a table of which nothing is told."""
+        units = {kind: names[0] for kind, names in UNITS.items()}
+        return TableFacts(_SEPARATORS[0], ".", 1, units, "abc", (), {}, {}, 0.0, None, None)
 
 
 def read_table_facts(path: Path) -> TableFacts | None:
@@ -102,6 +112,7 @@ def read_table_facts(path: Path) -> TableFacts | None:
         step=_step(path, table.get("step_s"), timed="t" in columns),
         rows=_rows(path, table.get("rows")),
         beside=_beside(path, table.get("beside"), separator, header),
+        told=frozenset(table),
     )
 
 

@@ -186,7 +186,7 @@ def test_a_table_of_which_nothing_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("t A1 A2\n0 1 2\n", "log.csv:1: separates columns by blanks; separate columns by commas"),
+        ("t foo A2\n0 1 2\n", "log.csv:1: separates columns by blanks; separate columns by commas"),
         ("t|A1\n0|1\n", "log.csv:1: separates columns by bars"),
         ("0.5,1.25,-3e-1\n0.6,1.5,-2\n", "log.csv:1: holds numbers where its names should be; name its columns"),
     ],

@@ -331,9 +331,9 @@ def brought() -> dict[str, Callable[[], Brought]]:
             "empty encoder": lambda m=m: set_of(m, 40, put("A3", [3, 11], np.nan)),
             "empty column": lambda m=m: set_of(m, 40, put("A3", slice(None), np.nan), refused="A3"),
             "semicolons, commas": lambda m=m: spelt(
-                set_of(m, 40), lambda s: s.replace(",", ";").replace(".", ","), "semicolons"
+                set_of(m, 40), lambda s: s.replace(",", ";").replace(".", ","), ""
             ),
-            "semicolons": lambda m=m: spelt(set_of(m, 40), lambda s: s.replace(",", ";"), "semicolons"),
+            "semicolons": lambda m=m: spelt(set_of(m, 40), lambda s: s.replace(",", ";"), ""),
             "decimal commas between commas": lambda m=m: spelt(set_of(m, 40), lambda s: s.replace(".", ","), "cells"),
             "milliseconds": lambda m=m: run_of(m, scaled("t", 1e3), refused="millisecond"),
             "microseconds": lambda m=m: run_of(m, scaled("t", 1e6), refused="second"),
