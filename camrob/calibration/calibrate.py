@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.calibration.calibration import Calibration, ErrorSize, Held, robot_digest
+from camrob.calibration.cautions import carries_badly, cautions, check_moved, far_off, moved_while_measured, stand_still
 from camrob.calibration.error_model import ErrorModel
-from camrob.calibration.few_poses import FEW, fit_few
 from camrob.calibration.fit import Fit, fit_parameters
-from camrob.calibration.folds import left_in_folds
+from camrob.calibration.folds import FEW, fit_few, left_in_folds
 from camrob.calibration.identify import Identifiability
-from camrob.calibration.measurements import Measurements, sampled_rows, withheld_rows
+from camrob.calibration.measurements import Measurements, postures_of, sampled_rows, withheld_rows
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.pose_by_pose import CalibrationEvidence, PoseErrors
 from camrob.calibration.sets import (
@@ -48,7 +48,6 @@ _BETTER = 0.9  # of what fewer parameters leave there, at the most: chance makes
 # times that which parameters of ordinary size may leave where the instrument's frame is unknown: sizes part what both share
 _AS_GOOD = 1.02
 _FOLDED = 1000  # poses that it is tried with
-_GROSS, _NAMED = 4.0, 5  # times the median that a gross pose is off, and how many are named
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +79,7 @@ def fit_cell(
     """
     sets = [data] if isinstance(data, Measurements) else list(data)
     others = [withheld] if isinstance(withheld, Measurements) else list(withheld or ())
+    _check_postures(sets)
     parts: list[Measurements | None] = [None] * len(sets)
     if withheld is None and share > 0.0:
         # where an instrument can then no longer be placed, no pose is withheld
@@ -88,8 +88,10 @@ def fit_cell(
         sets = [part.select(~mask) for part, mask in zip(sets, masks, strict=True)]
     prepared = prepare_sets(cell, sets, _asked(cell, sets, names, candidates))
     firsts = [fit_frames(cell, part.select(sampled_rows(len(part), _SAMPLE)), ParameterSet.of(())) for part in sets]
-    for part, (_, first) in zip(sets, firsts, strict=True):
+    for part, (model, first) in zip(sets, firsts, strict=True):
         _believable(cell, first, part)
+        placed = model.poses(first.parameters.values_array, part.q)
+        check_moved(part, (part.frames - placed)[:, :3, 3])
     kept, fit, seen = _fitted_as_far_as_seen(cell, prepared, [first for _, first in firsts], names)
     frames = frames_of_all(cell, sets, [(model, first.parameters.values_array) for model, first in firsts])
     stages = [_stages(part, stage, fit) for part, stage in zip(kept, frames, strict=True)]
@@ -99,10 +101,24 @@ def fit_cell(
         for part, s in zip(parts, stages, strict=True)
         if part is not None and len(part)
     ]
+    moved = moved_while_measured(
+        list(zip([*sets, *(p for p in parts if p is not None and len(p))], poses, strict=True))
+    )
     for other in others:
         poses.append(_predicted(cell, other, stages, fit, kept))
-    calibration = _result(cell, sets, kept[0], fit, seen, poses)
+    calibration = _result(cell, sets, kept[0], fit, seen, poses, (*moved, *stand_still(cell, sets)))
     return CalibrationFit(calibration, CalibrationEvidence(tuple(poses), fit.names, fit.correlation, seen.singular))
+
+
+def _check_postures(sets: Sequence[Measurements]) -> None:
+    """Raise LogError for poses that are few, though they were measured many times."""
+    rows = sum(len(part) for part in sets)
+    found = sum(int(postures_of(part).max(initial=-1)) + 1 for part in sets)
+    if found < LEAST_POSES <= rows:
+        hint = (
+            f"a posture tells once what it tells, however often it is measured: give at least {LEAST_POSES}, better 50"
+        )
+        raise LogError(f"holds {rows} rows of {found} postures", hint=hint, path=sets[0].name)
 
 
 def _asked(
@@ -208,7 +224,7 @@ def _believable(cell: Cell, frames: Fit, data: Measurements) -> None:
         raise LogError(f"holds poses of another frame or target than {seen} and the tool", hint=hint, path=data.name)
     place, turn = m_to_mm(frames.scatter_position), rad_to_deg(frames.scatter_angle)
     what = f"{data.name or 'the poses'} can't be this cell's: with base and tool fitted, {place:.1f} mm"
-    hint = "check the cell, the axes' signs, the units and measured_frame; camrob diagnose tries what is often mixed up"
+    hint = "check the cell, the axes' signs, the units, measured_frame, and that rows and readings belong together"
     raise JobError(f"{what} and {turn:.2f} degrees an axis remain; {hint}")
 
 
@@ -296,8 +312,12 @@ def _result(
     fit: Fit,
     seen: Identifiability,
     poses: Sequence[PoseErrors],
+    said: Sequence[str],
 ) -> Calibration:
-    """What was found, as it is written. Bases and reflectors of later sets end here: they are nobody's but the fit's."""
+    """What was found, as it is written. Bases and reflectors of later sets end here: they are nobody's but the fit's.
+
+    said: what is to be said of the poses themselves.
+    """
     oriented = any(part.oriented for part in sets)
     own = [n for n in seen.kept if not is_one_sets(n)]
     return Calibration(
@@ -319,7 +339,7 @@ def _result(
         outliers=fit.outliers,
         left_out=sum(part.left_out for part in sets),
         oriented=oriented,
-        warnings=(*_far_off(poses), *_warnings(fit, sets), *_carries_badly(poses)),
+        warnings=(*said, *far_off(poses), *cautions(fit, sets), *carries_badly(poses)),
     )
 
 
@@ -337,56 +357,3 @@ def _errors(poses: Sequence[PoseErrors]) -> dict[str, ErrorSize]:
         for name, withheld in (("fitted", False), ("withheld", True))
         if (size := sizes([p for p in poses if p.withheld is withheld], stage)) is not None
     }
-
-
-def _far_off(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
-    """A sentence for every log with gross poses, which the fit gives little weight and the mean errors all of theirs."""
-    said = []
-    for log in poses:
-        off = m_to_mm(log.distance("calibrated"))
-        gross = log.outlier & (off > _GROSS * np.median(off))
-        if not gross.any() or gross.all():
-            continue
-        named = [f"{row + 1}" for row in log.rows[gross][:_NAMED].tolist()]
-        more = f" and {gross.sum() - _NAMED} more" if gross.sum() > _NAMED else ""
-        one, file = gross.sum() == 1, log.log or "the log"
-        which = f"{'pose' if one else 'poses'} {', '.join(named)}{more} of {file} {'lies' if one else 'lie up to'}"
-        said.append(
-            f"{which} {off[gross].max():.2f} mm off, the others {off[~gross].mean():.2f} in the mean: look how "
-            f"{'it was measured; the errors below count it' if one else 'they were measured; the errors below count them'}"
-        )
-    return tuple(said)
-
-
-def _carries_badly(poses: Sequence[PoseErrors]) -> tuple[str, ...]:
-    """A sentence for every withheld log that the calibrated robot predicts worse than base and tool alone do."""
-    worse = [p for p in poses if p.withheld and np.mean(p.distance("calibrated")) > np.mean(p.distance("frames"))]
-    return tuple(
-        f"the poses of {p.log or 'the withheld set'} come out worse than with base and tool alone: these parameters don't "
-        "carry over to such poses; fit fewer, or measure poses like them"
-        for p in worse
-    )
-
-
-def _warnings(fit: Fit, sets: Sequence[Measurements]) -> tuple[str, ...]:
-    """What a person should know before trusting the numbers."""
-    said = []
-    if fit.against > 0.0 and fit.rows < FEW:
-        what = f"{fit.rows} poses are few for {len(fit.names)} parameters: each is held to its ordinary size (1 mm, 0.06 degrees)"
-        said.append(
-            f"{what} against {m_to_mm(fit.against):.3f} mm, as says most of poses left out; measure 50 to know them"
-        )
-    elif fit.against > 0.0:
-        what = "the instrument's frame is unknown, and poses hardly tell it from where the first axes stand"
-        held = "each parameter is held to its ordinary size (1 mm, 0.06 degrees)"
-        said.append(f"{what}: {held}; set the base up anew where a part's place counts")
-    if fit.strongest(1) and abs(fit.strongest(1)[0][2]) > 0.98:
-        a, b, r = fit.strongest(1)[0]
-        said.append(f"{a} and {b} are nearly one parameter in these poses (correlation {r:.3f})")
-    sigma = max(part.sigma_position for part in sets)
-    if sigma > 0.0 and fit.scatter_position > 3.0 * sigma:
-        ratio = fit.scatter_position / sigma
-        said.append(
-            f"what remains is {ratio:.0f} times the instrument's noise: something else is at work that was not fitted"
-        )
-    return tuple(said)

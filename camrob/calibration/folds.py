@@ -1,4 +1,4 @@
-"""What a set of parameters leaves of poses that its fit did not see: by folds, to choose between few parameters and many."""
+"""What parameters leave of poses that their fit did not see, by folds: to choose few or many, or how strongly to hold them."""
 
 from __future__ import annotations
 
@@ -9,13 +9,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from camrob.calibration.fit import LEVER, fit_parameters, residuals
+from camrob.calibration.fit import LEVER, Fit, fit_parameters, residuals
+from camrob.calibration.identify import Identifiability
 from camrob.calibration.measurements import sampled_rows
 from camrob.calibration.parameters import ParameterSet
 from camrob.calibration.sets import Prepared, named_parameter
+from camrob.calibration.terms import FRAMES, plain_name
 from camrob.cell.cell import Cell
+from camrob.errors import JobError, SingularError
 
-__all__ = ["left_in_folds"]
+__all__ = ["FEW", "fit_few", "left_in_folds"]
+
+FEW = 40
+"""Poses from which so many parameters stand by themselves."""
+_AGAINST = (0.01, 0.03, 0.1, 0.3)  # of the scatter that base and tool leave
 
 _FOLDS = 5  # few enough to be quick, and each fit keeps most of the poses
 _SAMPLE = 1000  # poses of a set that tell which parameters carry over
@@ -58,3 +65,39 @@ def _folds(postures: Sequence[NDArray[np.float64]], *, paths: bool) -> list[NDAr
         fold = np.random.default_rng(_SEED).permutation(count)[which] % _FOLDS
     ends = np.cumsum([0, *(len(q) for q in postures)])
     return [fold[a:b] for a, b in pairwise(ends)]
+
+
+def fit_few(
+    prepared: Sequence[Prepared], cell: Cell, seen: Identifiability, scatter: float
+) -> tuple[float, tuple[Prepared, ...], Fit, Identifiability] | None:
+    """All parameters that show at all, held to their ordinary sizes: m that they leave of poses left out, the sets, the fit, and
+    what of them is fitted; None where no fit ends. scatter: m an axis that base and tool leave.
+    """
+    names = tuple(n for n in prepared[0].names if (n in seen.kept if _of_frame(n) else _shows(n, seen)))
+    left: dict[float, float] = {}
+    for part in _AGAINST:
+        try:
+            left[part] = left_in_folds(prepared, cell, names, against=part * scatter)
+        except (JobError, SingularError):
+            continue  # a value at its bound: they have to be held more strongly
+    if not left:
+        return None
+    best = min(left, key=lambda part: left[part])
+    kept = tuple(p.with_names(names) for p in prepared)
+    parameters = ParameterSet.of(named_parameter(cell, n) for n in names)
+    fit = fit_parameters([(p.model, p.data) for p in kept], parameters, against=best * scatter)
+    merged = {n: others for n, others in seen.merged.items() if n not in names}
+    lost = tuple(n for n in seen.left_out if n not in names)
+    weak = tuple(n for n in seen.weak if n not in names)
+    return left[best], kept, fit, replace(seen, kept=names, merged=merged, weak=weak, left_out=lost)
+
+
+def _shows(name: str, seen: Identifiability) -> bool:
+    """Whether the poses say anything of a robot's value that an instrument's place does not take whole."""
+    others = seen.merged.get(name, ())
+    return name not in seen.unseen and not (others and all(_of_frame(n) for n in others))
+
+
+def _of_frame(name: str) -> bool:
+    """Whether it is a value of an instrument's place or a reflector's."""
+    return plain_name(name) in FRAMES

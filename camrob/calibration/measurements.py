@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
@@ -18,10 +21,14 @@ from camrob.measurement.log_info import MeasuredFrame, Target
 from camrob.measurement.log_units import check_turns
 from camrob.measurement.sight import Sight, sighted
 from camrob.se3 import pose
+from camrob.units import deg_to_rad
 
-__all__ = ["Measurements", "measurements_of", "sampled_rows", "withheld_rows"]
+__all__ = ["Measurements", "measurements_of", "postures_of", "sampled_rows", "withheld_rows"]
 
 Array = NDArray[np.float64]
+
+_SAME_POSTURE = deg_to_rad(0.05)  # and m / 1000: axes that differ by less stand where they stood
+_FINER = 0.2  # of it, to which postures are rounded first
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +39,7 @@ class Measurements:
     the reflector are the cell's own, else they are fitted. sigma_position (m), sigma_angle (rad): noise an axis, NaN
     unknown. rows (N,): where in the log each one stood. left_out: rows of the log with empty cells. single: poses at
     rest. same_frame_as, same_target_as: the set whose instrument, whose reflector was this one's. sight: what alone was measured
-    of positions, None for all.
+    of positions, None for all. lines (N,): where in the log's file each one stands, 0 unknown.
     """
 
     q: Array
@@ -51,22 +58,25 @@ class Measurements:
     same_frame_as: str = ""
     same_target_as: str = ""
     sight: Sight | None = None
+    lines: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         q = locked(self.q, shape=(None, None), name="q")
         rows = np.arange(len(q)) if self.rows is None else self.rows
+        lines = np.zeros(len(q), np.int64) if self.lines is None else self.lines
         object.__setattr__(self, "q", q)
         object.__setattr__(self, "frames", locked(self.frames, shape=(len(q), 4, 4), name="frames"))
         object.__setattr__(self, "rows", locked(rows, shape=(len(q),), dtype=np.int64, name="rows"))
+        object.__setattr__(self, "lines", locked(lines, shape=(len(q),), dtype=np.int64, name="lines"))
 
     def __len__(self) -> int:
         return len(self.q)
 
     def select(self, index: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Measurements:
         """Some of the poses."""
-        rows = np.asarray(self.rows)[index]
+        rows, lines = np.asarray(self.rows)[index], np.asarray(self.lines)[index]
         sight = None if self.sight is None else self.sight.select(index)
-        return replace(self, q=self.q[index], frames=self.frames[index], rows=rows, sight=sight)
+        return replace(self, q=self.q[index], frames=self.frames[index], rows=rows, lines=lines, sight=sight)
 
     @property
     def share(self) -> float:
@@ -139,6 +149,7 @@ def measurements_of(log: MeasurementLog, cell: Cell) -> Measurements:
         same_frame_as=info.same_frame_as,
         same_target_as=info.same_target_as,
         sight=sight,
+        lines=None if log.file_lines is None else log.file_lines[whole],
     )
 
 
@@ -149,13 +160,28 @@ def sampled_rows(count: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
+def postures_of(data: Measurements) -> NDArray[np.int64]:
+    """(N,) which posture each row is of, numbered from 0 in the order in which they come: one is measured again and again."""
+    # rows that are all but one first: of a pose that was logged for minutes every pair would be near
+    q, same = np.unique(np.round(data.q / (_FINER * _SAME_POSTURE)), axis=0, return_inverse=True)
+    near = cKDTree(q).query_pairs(1.0 / _FINER, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(q), len(q)))
+    _, of_row = connected_components(links, directed=False)
+    _, first, which = np.unique(of_row[same.reshape(-1)], return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[which].astype(np.int64))
+
+
 def withheld_rows(data: Sequence[Measurements], share: float) -> list[NDArray[np.bool_]]:
-    """Which rows take no part in fitting: of single poses a random share, of paths whole blocks of a twentieth."""
+    """Which rows take no part in fitting: of single poses a random share, all rows of a posture together; of paths whole
+    blocks of a twentieth.
+    """
     generator = np.random.default_rng(20120618)
     masks = []
     for part in data:
         if part.single:
-            masks.append(generator.permutation(len(part)) < round(share * len(part)))
+            which = postures_of(part)
+            count = int(which.max(initial=-1)) + 1
+            masks.append((generator.permutation(count) < round(share * count))[which])
         else:
             block = np.arange(len(part)) * 20 // max(len(part), 1)
             masks.append(np.isin(block, generator.permutation(20)[: round(20 * share)]))

@@ -20,11 +20,13 @@ from camrob.calibration.terms import standard_names
 from camrob.cell.cell import Cell
 from camrob.cell.read_cell import read_cell
 from camrob.controller.replay import replay
-from camrob.errors import InputError, LogError
+from camrob.errors import InputError, JobError, LogError, SingularError
+from camrob.gap.observation.mistakes.misfit import check_measured, coarse, misfit
 from camrob.jobs.files.output import check_calibration_name, staged_output
 from camrob.jobs.files.takes_paths import takes_paths
 from camrob.jobs.solving.measuring import plan_measuring
 from camrob.languages import language_of_file
+from camrob.measurement.log import MeasurementLog
 from camrob.measurement.read_log import read_log
 from camrob.progress import Progress, silent
 from camrob.report.calibration.page import calibration_report
@@ -93,18 +95,21 @@ def calibrate(
     _once([measured, *more], withheld)
     machine = read_cell(cell).checked_for("camrob calibrate --next", controller=poses > 0)
     tell("read", 0.1)
-    fitted, others = _read([measured, *more], machine), _read(withheld, machine)
+    logs = [read_log(path) for path in (measured, *more, *withheld)]
+    data = [measurements_of(log, machine) for log in logs]
+    for log in logs:
+        check_measured(log, machine)
+    fitted, others = data[: 1 + len(more)], data[1 + len(more) :]
     names: Sequence[str] | None = tuple(dict.fromkeys(parameters)) or None
     table = any(data.in_base for data in fitted)
     standard = standard_names(machine, table=table, harmonics=harmonics if names is None else 0)
     tell("fit", 0.3)
     try:
         study = fit_cell(machine, fitted, names=names, candidates=standard, withheld=others or None, share=share)
-    except LogError as error:  # which knows a log by its name alone
-        given = next((p for p in (measured, *more, *withheld) if error.path == Path(p.name)), error.path)
-        raise LogError(error.what, hint=error.hint, path=given, line=error.line) from None
+    except (LogError, JobError, SingularError) as error:
+        raise _told(error, logs, machine) from None
     tell("write", 0.9)
-    calibration = study.calibration
+    calibration = _with_coarse(study.calibration, logs, machine)
     report = out.with_suffix(".html").name
     files: Mapping[str, bytes] = {}
     following: MeasuringFigures | None = None
@@ -149,9 +154,21 @@ def _check(out: Path, share: float, poses: int, path: Path | None) -> None:
         raise InputError(f"a share of {share:g} can't be withheld", hint="give a number from 0 to below 1")
 
 
-def _read(logs: Sequence[Path], cell: Cell) -> list[Measurements]:
-    """The poses of some logs."""
-    return [measurements_of(read_log(path), cell) for path in logs]
+def _told(error: LogError | JobError | SingularError, logs: Sequence[MeasurementLog], cell: Cell) -> Exception:
+    """Why a fit ended where no robot is: what was mixed up in a log, as the diagnosis finds it, else what the fit says."""
+    cause = next((found for log in logs if (found := misfit(log, cell)) is not None), None)
+    if cause is not None or not isinstance(error, LogError):
+        return cause or error
+    # the fit knows a log by its name alone
+    given = next((log.path for log in logs if log.path and error.path == Path(log.path.name)), error.path)
+    return LogError(error.what, hint=error.hint, path=given, line=error.line)
+
+
+def _with_coarse(found: Calibration, logs: Sequence[MeasurementLog], cell: Cell) -> Calibration:
+    """What was found, with what coarse steps in the logs leave of it."""
+    beside = float(np.sqrt(3.0)) * found.scatter_position
+    said = [words for log in logs for words in coarse(log, cell, beside=beside)]
+    return replace(found, warnings=(*said, *found.warnings))
 
 
 def _once(fitted: Sequence[Path], withheld: Sequence[Path]) -> None:

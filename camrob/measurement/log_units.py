@@ -74,6 +74,9 @@ def check_plausible(columns: Mapping[str, Array], path: Path, lines: NDArray[np.
     carried = sum(float(deg_to_rad(travel[n])) * _REACH_MM for n in AXES if n in travel)
     # an external axis may be a track (mm) or a table (degrees): the larger of both
     carried += sum(max(travel[n], float(deg_to_rad(travel[n])) * _REACH_MM) for n in travel if n in EXTERNAL)
+    if extent > 20.0 and not any(travel.values()):
+        what = f"the tool travels {extent:.0f} mm while every axis stays the same to the last digit"
+        raise LogError(what, hint="log the axis values of each row beside its reading", path=path, line=int(lines[0]))
     if extent > 1.5 * carried + 20.0:
         what = f"the tool travels {extent:.0f} mm while the axes move only {max(travel.values()):.3g} degrees"
         raise LogError(what, hint="are the angles in radians? give degrees", path=path, line=int(lines[0]))

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.joint import Role
-from camrob.gap.observation.mistaken import mistaken
-from camrob.gap.observation.mistaken_drives import check_drives
+from camrob.errors import LogError
+from camrob.gap.observation.mistakes.mistaken import mistaken
+from camrob.gap.observation.mistakes.mistaken_drives import check_drives
+from camrob.gap.observation.mistakes.mistaken_turns import mistaken_turns
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["check_believable", "check_reading", "lost_zero"]
+__all__ = ["check_believable", "check_poses", "check_reading", "lost_zero", "mixed_up"]
 
 Array = NDArray[np.float64]
 
@@ -34,8 +36,7 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
     """
     lost: dict[str, float] = {}
     for scene in scenes:
-        if float(np.ptp(scene.link, axis=0).max()) < _STILL:
-            raise scene.log.error("no axis moves in it", hint="log a run, or poses that differ")
+        _check_moves(scene)
         step = float(np.median(np.diff(scene.t)))
         if step > _SLOWEST and not scene.poses:
             what = f"its rows are {step:.3g} s apart"
@@ -43,36 +44,71 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
             raise scene.log.error(what, hint=hint, at=int(np.argmax(np.diff(scene.t) > _SLOWEST)) + 1)
         check_drives(scene)
         check_reading(scene)
-        off = np.linalg.norm(scene.tcp_gap[:, :3], axis=1)
-        size = float(np.median(off))
-        turned = scene.seen[:, 3:].all(axis=1)
-        angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
+        size, angle = _gap(scene)
         if size <= mm_to_m(_FARTHEST_MM) and angle <= deg_to_rad(_FARTHEST_DEG):
             continue
         found = lost_zero(scene)
         if found is not None:
             lost[found[0]] = found[1]
             continue
-        mixed_up = mistaken(scene)
-        if mixed_up:
-            at = int(np.argmax(off >= size))
-            raise scene.log.error(
-                mixed_up, hint="correct the log (or [table] in its .toml) or the cell, and diagnose it again", at=at
-            )
+        cause = mixed_up(scene, again="diagnose")
+        if cause is not None:
+            raise cause
         if size > mm_to_m(_FARTHEST_MM):
             what = f"the measured TCP lies {m_to_mm(size):.0f} mm from where the axis values put it (median)"
             hint = "check the cell, the order and units of the axes, measured_frame and target in its .toml"
-            raise scene.log.error(what, hint=hint, at=int(np.argmax(off >= size)))
+            raise scene.log.error(what, hint=hint, at=_first_far(scene, size))
         what = (
             f"the measured tool is turned by {rad_to_deg(angle):.1f} degrees from where the axis values put it (median)"
         )
-        first = int(np.flatnonzero(turned)[0])
-        raise scene.log.error(what, hint="check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool", at=first)
+        hint = "check a, b, c (R = Rz(A) Ry(B) Rx(C), degrees) and the tool"
+        raise scene.log.error(what, hint=hint, at=_first_turned(scene))
     return lost
 
 
+def check_poses(scene: Scene) -> None:
+    """Raises LogError where no axis moves, and for readings that can't be of the poses beside them (`check_reading`)."""
+    _check_moves(scene)
+    check_reading(scene)
+
+
+def mixed_up(scene: Scene, *, again: str) -> LogError | None:
+    """What was mixed up in a log whose gap is no gap of this cell; None where it is one, or an axis lost its zero, or nothing
+    that was tried mends it. again: the verb that is then to be asked again.
+    """
+    size, angle = _gap(scene)
+    far = size > mm_to_m(_FARTHEST_MM)
+    if (not far and angle <= deg_to_rad(_FARTHEST_DEG)) or lost_zero(scene) is not None:
+        return None
+    words = mistaken(scene) if far else mistaken_turns(scene)
+    if not words:
+        return None
+    hint = f"correct the log (or [table] in its .toml) or the cell, and {again} it again"
+    return scene.log.error(words, hint=hint, at=_first_far(scene, size) if far else _first_turned(scene))
+
+
+def _check_moves(scene: Scene) -> None:
+    if float(np.ptp(scene.link, axis=0).max()) < _STILL:
+        raise scene.log.error("no axis moves in it", hint="log a run, or poses that differ")
+
+
+def _gap(scene: Scene) -> tuple[float, float]:
+    """m and rad, the median gap; 0 rad where no orientation was measured."""
+    turned = scene.seen[:, 3:].all(axis=1)
+    angle = float(np.median(np.linalg.norm(scene.tcp_gap[turned, 3:], axis=1))) if turned.any() else 0.0
+    return float(np.median(np.linalg.norm(scene.tcp_gap[:, :3], axis=1))), angle
+
+
+def _first_far(scene: Scene, size: float) -> int:
+    return int(np.argmax(np.linalg.norm(scene.tcp_gap[:, :3], axis=1) >= size))
+
+
+def _first_turned(scene: Scene) -> int:
+    return int(np.flatnonzero(scene.seen[:, 3:].all(axis=1))[0])
+
+
 def check_reading(scene: Scene) -> None:
-    """Raises LogError for positions that stay the very same while the axes carry the tool on."""
+    """Raises LogError for positions that stay the very same while the axes carry the tool on, and those that are all zeros."""
     place = scene.log.matrix(scene.log.place_names)
     step = np.diff(scene.nominal[:, :3, 3], axis=0, append=scene.nominal[-1:, :3, 3])
     carried = np.linalg.norm(scene.told(step)[:-1], axis=1) > _CARRIED
@@ -85,6 +121,12 @@ def check_reading(scene: Scene) -> None:
         names = ", ".join(scene.log.place_names)
         what = f"{names} stay the same to the last digit in {len(stuck)} rows while the axes move ({when})"
         raise scene.log.error(what, hint="leave cells empty where the instrument saw nothing new", at=first)
+    off = np.linalg.norm(scene.tcp_gap[:, :3], axis=1) > mm_to_m(_FARTHEST_MM)
+    lost = (place == 0.0).all(axis=1) & off & scene.log.has_position
+    if lost.any():
+        rows = np.flatnonzero(lost)
+        what = f"{', '.join(scene.log.place_names)} are 0 to the last digit in {len(rows)} rows"
+        raise scene.log.error(what, hint="leave cells empty where the instrument saw nothing", at=int(rows[0]))
 
 
 def _in_sockets(scene: Scene) -> bool:

@@ -78,7 +78,8 @@ def read_gcode(
     beside = with_called(lines, data, path, control.wanted)
     try:
         bare = _bare(beside.lines)
-        refuse_turning(bare, path, plain=control.plain)
+        if control.plain:
+            refuse_turning(bare, path)
         machine = _kinematics(bare, kinematics, path, plain=control.plain, told=machine_tool is not None)
         grower = PathGrower(machine, chord_tolerance, angle_tolerance)
         modal = _modal(control, bare, machine, path, defaults)

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
-from camrob.gap.observation.mistaken_cells import corrected_cells
+from camrob.cell.joint import Role
+from camrob.gap.observation.mistakes.mistaken_cells import corrected_cells
+from camrob.gap.observation.mistakes.stale_axis import stale_axis
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.measurement.log import DISTANCE, POSITION, MeasurementLog
 from camrob.measurement.log_info import MeasuredFrame, Target
@@ -24,6 +26,7 @@ Array = NDArray[np.float64]
 _SOME = 600  # rows that tell well enough
 _LEFT = 0.1  # of the gap that is left where a mistake is corrected, at the most
 _CLEARER = 0.5  # times the next best mending: then it is this one
+_ALIKE = 3.0  # times what rows in mm are, that rows in another unit are at the most once they are converted
 _FIT = 0.02  # of how far apart the readings lie, that is left at the most where frames are left open, which fit to much
 _LENGTHS = {"inches": 25.4, "metres": 1000.0, "centimetres": 10.0}  # mm
 _OPEN: dict[str, dict[str, Any]] = {
@@ -41,9 +44,8 @@ def mistaken(scene: Scene) -> str:
     """
     turning = [a for a in scene.axes if not scene.cell.joints[scene.cell.index(a)].prismatic]
     sliding = [a for a in scene.axes if a not in turning]
-    plain = [
-        (words, log, scene.cell) for words, log in (*_corrected(scene.log), *_recounted(scene.log, turning, sliding))
-    ]
+    log, told = scene.log, (*_corrected(scene.log), *_recounted(scene.log, turning, sliding))
+    plain = [(words, other, scene.cell) for words, other in (*told, *_on_the_other_side(log, scene.cell))]
     cells = [(words, scene.log, cell) for words, cell in corrected_cells(scene.cell)]
     one, two = ([(w, log, scene.cell) for w, log in _opened(scene.log, count)] for count in (1, 2))
     units = list(_in_other_units(scene.log, turning))
@@ -51,6 +53,7 @@ def mistaken(scene: Scene) -> str:
     # the fewest mistakes first, and those that leave no frame open
     return (
         _best(scene, [*plain, *cells])
+        or stale_axis(scene)
         or _best(scene, [(w, log, scene.cell) for w, log in units])
         or _best(scene, one, opened=True)
         or _best(scene, two, opened=True)
@@ -119,7 +122,7 @@ def _opened(log: MeasurementLog, count: int) -> Iterator[tuple[str, MeasurementL
     if log.info.distance_from is not None:
         told['d_from_mm = "unknown"'] = "its distances are from another place"
     elif log.info.measured_frame is not MeasuredFrame.UNKNOWN and DISTANCE not in plain:
-        told['measured_frame = "unknown"'] = "x, y, z are in a frame of the instrument's own"
+        told['measured_frame = "unknown"'] = f"{_places(log)} are in a frame of the instrument's own"
     if log.info.target is not Target.UNKNOWN:
         told['target = "unknown"'] = "the target that was measured is not the tool's tip"
     for keys in combinations(told, count):
@@ -130,16 +133,58 @@ def _opened(log: MeasurementLog, count: int) -> Iterator[tuple[str, MeasurementL
         yield f"{words} ({', '.join(keys)} in its .toml)", MeasurementLog(plain, info, log.path)
 
 
+def _on_the_other_side(log: MeasurementLog, cell: Cell) -> Iterator[tuple[str, MeasurementLog]]:
+    """Of a cell with a turning table: places on the table that are said to be in the room, and the other way round."""
+    other = {MeasuredFrame.WORLD: MeasuredFrame.BASE, MeasuredFrame.BASE: MeasuredFrame.WORLD}.get(
+        log.info.measured_frame
+    )
+    if other is not None and any(j.role is Role.WORKPIECE for j in cell.joints):
+        plain = {n: v for n, v in log.columns.items() if n not in ("a", "b", "c")}
+        where = "on the turning table" if other is MeasuredFrame.BASE else "in the room, not on the table"
+        words = f'{_places(log)} are {where} (measured_frame = "{other}" in its .toml)'
+        yield words, MeasurementLog(plain, replace(log.info, measured_frame=other), log.path)
+
+
 def _in_other_units(log: MeasurementLog, turning: Sequence[str]) -> Iterator[tuple[str, MeasurementLog]]:
     """Units of angles, of lengths, and of both mistaken at once, as by whoever writes SI into all columns."""
     plain = {n: np.asarray(v) for n, v in log.columns.items() if n not in ("a", "b", "c")}
     turned = {n: rad_to_deg(plain[n]) for a in turning for n in (a, f"c{a}") if n in plain}
     yield "its axis values are in radians", MeasurementLog(plain | turned, log.info, log.path)
     for unit, factor in _LENGTHS.items():
-        longer = {n: factor * plain[n] for n in (*POSITION, DISTANCE) if n in plain}
-        yield f"its x, y, z are in {unit}", MeasurementLog(plain | longer, log.info, log.path)
-        words = f"its axis values are in radians and its x, y, z in {unit}"
+        longer = {n: factor * plain[n] for n in _measured(log)}
+        yield f"its {_places(log)} are in {unit}", MeasurementLog(plain | longer, log.info, log.path)
+        words = f"its axis values are in radians and its {_places(log)} in {unit}"
         yield words, MeasurementLog(plain | turned | longer, log.info, log.path)
+    yield from _in_two_units(log, plain)
+
+
+def _in_two_units(log: MeasurementLog, plain: dict[str, Array]) -> Iterator[tuple[str, MeasurementLog]]:
+    """Some rows in another unit than the others: files of two instruments, or of two settings, one behind the other."""
+    names = _measured(log)
+    size = np.linalg.norm([plain[n] for n in names], axis=0)
+    for unit, factor in _LENGTHS.items():
+        small = size * factor < _ALIKE * np.median(size[size > size.max() / factor])
+        if not small.any() or small.all():
+            continue
+        longer = {n: np.where(small, factor * plain[n], plain[n]) for n in names}
+        words = f"its {_places(log)} are in {unit} in {small.sum()} rows ({_lines(log, small)}), in mm in the others"
+        yield words, MeasurementLog(plain | longer, log.info, log.path)
+
+
+def _lines(log: MeasurementLog, rows: NDArray[np.bool_]) -> str:
+    """Where in its file some of a log's rows stand, in words."""
+    where = np.flatnonzero(rows)
+    lines = where + 1 if log.file_lines is None else np.asarray(log.file_lines)[where]
+    return f"line {lines[0]} to {lines[-1]}"
+
+
+def _measured(log: MeasurementLog) -> list[str]:
+    """The columns of lengths that were measured."""
+    return [n for n in (*POSITION, DISTANCE) if n in log.columns]
+
+
+def _places(log: MeasurementLog) -> str:
+    return ", ".join(_measured(log))
 
 
 def _recounted(
