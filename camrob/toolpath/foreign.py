@@ -39,6 +39,15 @@ _KINDS: tuple[tuple[re.Pattern[bytes], str, str], ...] = tuple(
             "a program for RepRapFirmware (Duet) that calls a file of the machine's by M98",
             "put that file's blocks in the place of the call",
         ),
+        (
+            # no Z in the whole file, and G38 and G39 alone, M functions of wire and generator, or Sodick's tables of conditions
+            rb"\A(?![\s\S]*?^[^(;\n]*Z[ \t]*[-+]?[\d.])(?:(?=[\s\S]*?^[ \t]*(?:N\d+[ \t]*)?G38[ \t]*\r?$)"
+            rb"(?=[\s\S]*?^[ \t]*(?:N\d+[ \t]*)?G39[ \t]*\r?$)|(?=[\s\S]*?^[^(;\n]*G4[12](?!\d))(?=[\s\S]*?^[^(;\n]*M82(?!\d))"
+            rb"(?=[\s\S]*?^[^(;\n]*M84(?!\d))"
+            rb"|(?=[\s\S]*?^[^(;\n]*M60(?!\d))(?=[\s\S]*?^[^(;\n]*M50(?!\d))|(?=[\s\S]*?^C\d{3}[ \t]*=[ \t]*\d))",
+            "a program for wire erosion (no Z, and words of its wire and generator)",
+            "a wire has no tool's tip: mill the part's contour by a milling program",
+        ),
         (rb"\A\s*%\S+[ \t]+G7[01][ \t]*\*", "a program in Heidenhain's DIN/ISO", _KLARTEXT),
         (
             rb"\A\s*(?:\d+[ \t]+)?L[ \t]+(?:I?[XYZ][-+]?\d\S*[ \t]+)+(?:R0[ \t]*)?F(?:MAX|AUTO|[ \t]*\d)",

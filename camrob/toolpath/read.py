@@ -80,7 +80,7 @@ def read_toolpath(
             refuse_foreign(data)
         except ToolpathError as error:
             raise error.at(place) from error
-    is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data)
+    is_gcode = dialect.startswith("gcode") if dialect is not None else looks_like_gcode(data, place.suffix)
     try:
         if is_gcode:
             from camrob.toolpath.gcode.read_gcode import read_gcode  # brings all controls

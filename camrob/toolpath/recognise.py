@@ -15,6 +15,7 @@ _PLAIN_LANGUAGE = re.compile(
     rb"|^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL)[ \t]|PROC[ \t]+\w+[ \t]*(?:\(|;|\r?$)|EXTERN[ \t]+\w)",
     re.I | re.M,
 )  # Heidenhain, Siemens
+_SIEMENS = (".mpf", ".spf")
 _AXIS_LINE = re.compile(
     rb"^[ \t]*+(?:N[ \t]*+[0-9]++[ \t]*+)?[XYZABCTF][ \t]*+[-+]?+[0-9.]++[^/=,\r\n]*+$", re.I | re.M
 )
@@ -23,12 +24,16 @@ _OTHER_LINE = re.compile(
 )
 
 
-def looks_like_gcode(data: bytes) -> bool:
-    """Whether the bytes begin like G-code: more lines with G or M codes or axis words than of another language."""
+def looks_like_gcode(data: bytes, suffix: str = "") -> bool:
+    """Whether the bytes begin like G-code: more lines with G or M codes or axis words than of another language, or some in a
+    file that is named as Siemens' are.
+    """
     head = data[:_HEAD].replace(b"\r", b"\n")  # some controls end their lines with CR alone
     if b"\0" in head:
         return False
     if _PLAIN_LANGUAGE.search(head):
         return True
     codes = len(GCODE_LINE.findall(head))
+    if suffix.lower() in _SIEMENS and codes > 0:
+        return True
     return codes > 0 and codes + len(_AXIS_LINE.findall(head)) > len(_OTHER_LINE.findall(head))

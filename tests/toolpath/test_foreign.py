@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.foreign import refuse_foreign
 from camrob.toolpath.read import read_toolpath
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "corpus"
@@ -33,6 +34,16 @@ FILES = {
     ),
     "at.mpf": ("%5\nN1 @371 R52 K2 K0\nN10 G0 G90 Z631.6\n", "805 to 880"),
     "window.nc": ("N9001\nN1 G17\nN2 G98 X-10 Y-10 Z-30 I120 J120 K40\nN6 G0 X10 Y10 Z2\n", "MAHO"),
+    "robofil.iso": (
+        "G92 X0 Y0\nG60\nG38\nG90\nG39\nG40\nG0 X-17.5 Y39.6\nG41 D0\nG1 X-9.5 Y39.6\nM02\n",
+        "wire erosion",
+    ),
+    "fanuc.wire": ("%\nO1\nG92 X0 Y0 I20.\nM60\nS1 D1\nG41 G1 X5. F3.\nM50\nM30\n%\n", "wire erosion"),
+    "sodick.nc": (
+        "C001 = 012 016 0215\nH001 = +000000.15\nG90 G92 X0 Y0\nC001 G41 H001\nG01 X5.\nM02\n",
+        "wire erosion",
+    ),
+    "mitsubishi.nc": ("M20\nM80\nM82\nM84\nG90 G92 X0 Y0\nG42 D1 G01 X5.\nM21\nM02\n", "wire erosion"),
     "colon.nc": (":T1 M06\nN20 G90 G71\nN30 G0 X0 Y0 S2000 M03\n", "Acramatic"),
     "duet.gcode": ('G21\nM98 P"tool1.g"\nG0 X0 Y0\n', "RepRapFirmware"),
     "macro.nc": ("%@MACRO\n#1 := 5;\nG01 X10. F100.\nM99;\n", "Syntec"),
@@ -54,10 +65,13 @@ def test_a_file_of_another_kind_is_called_what_it_is(tmp_path: Path, name: str) 
     assert kind in said and name in said and ";" in said and "\n" not in said
 
 
+@pytest.mark.parametrize("text", ["G21\nG38\nG39\nG0 Z5\nG1 X5 F100\nM30\n", "G21\n(M80 M82)\nM84\nG1 X5 F100\nM30\n"])
+def test_wire_erosion_is_known_by_more_than_a_word(text: str) -> None:
+    refuse_foreign(text.encode())
+
+
 @pytest.mark.skipif(not SHARED.is_dir(), reason="../shared/corpus is not here")
 def test_no_real_cl_file_is_taken_for_one() -> None:
-    from camrob.toolpath.foreign import refuse_foreign
-
     files = [f for folder in ("cldata", "gcode") for f in (SHARED / folder).iterdir()]
     assert len(files) > 20
     for file in files:

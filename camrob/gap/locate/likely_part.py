@@ -8,7 +8,7 @@ what its number of values lets it take by chance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,6 +19,8 @@ from camrob.cell.joint import Role
 from camrob.gap.effects.common import PLACES
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.model import some_rows, whole_gap
+from camrob.gap.locate.steps import steps
+from camrob.gap.locate.tipping import tipping, tool_by_weight
 
 __all__ = ["FOOT", "INSTRUMENT", "TOOL", "LikelyPart", "likely_part"]
 
@@ -30,6 +32,7 @@ FOOT, TOOL, INSTRUMENT = "foot", "tool", "instrument"
 _MOST_ROWS = 700  # of a log that show a part well enough
 _STRETCHES, _FOLDS = 48, 8  # of a log: short, so that a course in time is asked beside what it was fitted to
 _DEGREE = 6  # of a course in time, a log: a floor that dips and comes back
+_GROWS = 2  # powers of the time that a guide takes to get warm
 _FEWEST, _OVERSAMPLED = 1.5, 4  # cycles of a period within a log
 _MOST_TOLD, _ROWS_A_CYCLE = (
     3000,
@@ -116,6 +119,11 @@ def likely_part(panels: Sequence[Panel], noise: float, *, but: str = "") -> Like
     return LikelyPart(moves, follows, share, size_of(), back, along) if share > 0.0 else None
 
 
+def _taken(r: _Rows, levers: Array, shape: Array) -> float:
+    """m2 that levers (N, 3, L) which follow a shape (N, d) take from folds that they were not fitted to."""
+    return float(_withheld(_columns(levers, shape), r.gap, r.fold).sum())
+
+
 def _columns(levers: Array, shape: Array) -> Array:
     """(N, 3, L d) m at the TCP a unit of each value, of levers (N, 3, L) that follow a shape (N, d)."""
     return np.asarray((levers[:, :, :, None] * shape[:, None, None, :]).reshape(len(shape), 3, -1))
@@ -152,7 +160,9 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
     foot = np.stack([r.lever(f"root.{p}") for p in PLACES], axis=2)
     fixed = np.tile(np.eye(3), (len(r.gap), 1, 1))
     course = _by_log(r, _course)
-    yield from ((n, "time", x, course) for n, x in ((FOOT, foot), (TOOL, r.turn), (INSTRUMENT, fixed)))
+    for n, x in ((FOOT, foot), (TOOL, r.turn), (INSTRUMENT, fixed)):
+        yield n, "time", x, course
+        yield from ((n, "time", x, step) for step in steps(r.t, r.log, partial(_taken, r, x)))
     yield INSTRUMENT, "position", fixed, _quadratic(_standard(r.tip))
     yield INSTRUMENT, "position", fixed, _quadratic(r.turn[:, :, 2])
     link = r.of([p.scene.link for p in r.panels])
@@ -161,6 +171,9 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
     axes = r.panels[0].scene.axes
     behind = {a: r.lever(f"{a}.zero")[:, :, None] for a in _behind(r.panels[0])}
     yield from ((a, "position", lever, postures) for a, lever in behind.items())
+    yield from _growing(r, behind)
+    yield from tipping(r.panels, r.rows)
+    yield TOOL, "load", *tool_by_weight(r.panels, r.rows, r.turn)
     yield from _external(r, foot)
     if any(p.scene.poses for p in r.panels):
         return
@@ -177,6 +190,16 @@ def _steady(r: _Rows) -> Iterator[_Candidate]:
         k = axes.index(a)
         side = r.of([_rolled_over(p.scene.acceleration[:, k]) for p in r.panels])
         yield a, "acceleration", lever, np.stack([np.ones(len(side)), side], axis=1)
+
+
+def _growing(r: _Rows, behind: Mapping[str, Array]) -> Iterator[_Candidate]:
+    """Candidates for a guide or a screw that grows with the time: axes that slide are off in proportion to where they are."""
+    scene = r.panels[0].scene
+    slow = _by_log(r, lambda t: np.asarray(np.polynomial.legendre.legvander(_scaled(t), _GROWS)))
+    for a, lever in behind.items():
+        at = r.of([p.scene.link[:, p.scene.index(a)] for p in r.panels])
+        if scene.cell.joints[scene.cell.index(a)].prismatic and np.ptp(at) > _STILL:
+            yield a, "time", lever, np.concatenate([slow, slow * _scaled(at)[:, None]], axis=1)
 
 
 def _behind(panel: Panel) -> list[str]:

@@ -22,6 +22,7 @@ _MOST_ROWS, _MOST_CYCLES = 1200, 120  # that are looked at: fewer rows than one 
 _FEWEST = 3.0  # cycles: with less of them it is a trend
 _OVERSAMPLED = 4  # steps of a frequency that shift the last sample by a quarter of a cycle
 _ROWS_A_CYCLE = 5.0
+_HARMONICS = 3  # of a period, with the first: a flat on a roller is no sine
 _FOLDS = 8
 _STILL = 1e-3  # rad or m
 
@@ -38,8 +39,9 @@ class Periodic:
 def periodic(panels: Sequence[Panel], noise: float) -> Periodic | None:
     """What comes back most clearly in some logs' gap at the TCP, None where nothing can.
 
-    A sine of one period, in any direction; its period is that of the highest peak of a least-squares periodogram (Lomb,
-    Astrophys. Space Sci. 39, 1976, 447), and its size is fitted to the other blocks where a share is wanted. noise: m, 3-D rms.
+    A sine of one period with its harmonics, in any direction; its period is that of the highest peak of a least-squares
+    periodogram (Lomb, Astrophys. Space Sci. 39, 1976, 447), and its size is fitted to the other blocks where a share is wanted.
+    noise: m, 3-D rms.
     """
     parts = [_rows(p) for p in panels]
     gap, block = np.concatenate([g for g, _, _ in parts]), np.concatenate([b for _, b, _ in parts])
@@ -59,7 +61,7 @@ def periodic(panels: Sequence[Panel], noise: float) -> Periodic | None:
         if len(rates) == 0:
             continue
         best = _peak(rates, x, gap)
-        share = _withheld(np.exp(2j * np.pi * best * x), gap, block, energy)
+        share = _withheld(np.exp(2j * np.pi * best * np.outer(x, 1 + np.arange(_HARMONICS))), gap, block, energy)
         found.append(Periodic(name, 1.0 / best, share))
     return max(found, key=lambda f: f.share, default=None)
 
@@ -82,8 +84,8 @@ def _peak(rates: Array, x: Array, gap: Array) -> float:
 
 
 def _withheld(turned: NDArray[np.complex128], gap: Array, block: NDArray[np.int64], energy: float) -> float:
-    """Share of the energy that a sine explains on blocks that its size was not fitted to."""
-    X = np.stack([turned.real, turned.imag, np.ones(len(turned))], axis=1)
+    """Share of the energy that sines (N, k) explain on blocks that their size was not fitted to."""
+    X = np.concatenate([turned.real, turned.imag, np.ones((len(turned), 1))], axis=1)
     fold, gained = block % _FOLDS, 0.0
     for k in np.unique(fold):
         rows = fold == k

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from camrob.gap.effects.common import arm_axes
 from camrob.gap.evidence.design import Panel
 from camrob.gap.evidence.discrepancy import PARTS
 from camrob.gap.evidence.model import Model, members_of, whole_gap
@@ -127,8 +128,9 @@ def remains(
         if where.stage == _ARM and where.regimes[:1] in _BY_POSTURE and not where.comes_back:
             if not_by_posture(panels, model.noise, model.basis.axes):
                 where, text, shapes = _of_no_posture(where, model, panels, rms)
-        if unsure and not where.axes and not where.regimes:
-            where, text = _at_unsure(where, text, max(unsure, key=lambda e: e.moves_mm))
+        at = [e for e in unsure if not where.axes or where.axes[0] in ((e.stands_out or e.axes) or where.axes)]
+        if at and not where.regimes:
+            where, text = _at_unsure(where, text, max(at, key=lambda e: e.moves_mm))
     return Unknown(
         probability=probability,
         rms_mm=m_to_mm(rms),
@@ -171,7 +173,8 @@ def _placed(
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
         carriers = [s.moves if s.stage != _ARM else sits_at(s.moves, s.follows, model) for s in shapes]
-        at = tuple(a for a in dict.fromkeys(carriers) if a in model.scenes[0].axes)
+        named = model.scenes[0].axes if carriers[0] in model.scenes[0].axes else ()
+        at = tuple(a for a in dict.fromkeys(carriers) if a in named)
         kinds = tuple(k for k in dict.fromkeys(regime_followed(s.follows) for s in shapes) if k)
         where = replace(where, stage=shapes[0].stage, axes=at, regimes=kinds)
         text = unknown_text(model, shapes)
@@ -199,12 +202,13 @@ def _of_part(
     linear = not part.along or scene.cell.joints[scene.cell.index(part.moves)].prismatic
     size = f"{m_to_mm(part.size):.3g} mm" if linear else f"{rad_to_deg(part.size):.3g} degrees"
     back = "" if part.period is None else f"every {part.period:.3g} s"
-    name = part.moves if axis else f"the {part.moves}"
+    hung = arm_axes(scene.cell)[-1:] if part.moves == TOOL and part.follows == LOAD else ()
+    name = part.moves if axis else f"the {part.moves}{f', or the flange of {hung[0]},' if hung else ''}"
     text = f"{m_to_mm(rms):.3f} mm rms, {rms / model.noise:.1f} times the noise, stays unexplained"
     text += f"; most of it is as if {name} were off by {size} rms, which follows the {part.follows}"
     text += f" and comes back {back}" if back else ""
     rest = tuple(n for n in where.regimes if n != part.follows)
-    axes = (part.moves,) if axis else ()
+    axes = (part.moves,) if axis else hung
     return replace(where, axes=axes, regimes=(part.follows, *rest), comes_back=back), text, ()
 
 
@@ -223,8 +227,8 @@ def _of_no_posture(
 
 
 def _at_unsure(where: UnknownPlace, text: str, claim: EffectFound) -> tuple[UnknownPlace, str]:
-    """The place of what stays beside a claim that may be a likeness of it and is known by nothing of its own: the claim's."""
-    axes = claim.stands_out or claim.axes[:1]
+    """The place of what stays beside a claim that may be a likeness of it and follows nothing of its own: the claim's."""
+    axes = where.axes or claim.stands_out or claim.axes[:1]
     of = f" of {' and '.join(axes)}" if axes else ""
     text += f"; {claim.effect.replace('_', ' ')}{of}, which is not sure, is likely to be a part of it"
     return replace(where, axes=tuple(axes), regimes=tuple(claim.regimes)), text
@@ -278,11 +282,11 @@ def at_drive(stays: Unknown, model: Model, panels: Sequence[Panel], axis: str, w
     if drive is not None and not follows and _stands(drive.mean, drive.rms):
         follows = LOAD if _stands(float(load.mean()), float(np.sqrt(np.mean(load**2)))) else ""
     own = [regime_followed(s.follows) for s in stays.shapes if s.moves == axis and s.stage != _ARM]
-    follows = follows or next(filter(None, own), "")
+    regimes = tuple(dict.fromkeys(filter(None, (follows, *own))))
     axes: tuple[str, ...] = (axis,)
     if late_together(model.scenes):
-        axes, follows, words = (), "speed", f"all drives fall behind their set-points together; {words}"
-    where = UnknownPlace(stage="setpoint_to_encoder", axes=axes, regimes=(follows,) if follows else (), comes_back="")
+        axes, regimes, words = (), ("speed",), f"all drives fall behind their set-points together; {words}"
+    where = UnknownPlace(stage="setpoint_to_encoder", axes=axes, regimes=regimes, comes_back="")
     return replace(stays, where=where, text="; ".join(filter(None, (words, stays.text))))
 
 

@@ -27,6 +27,9 @@ _LEFT = 0.45  # of the noise: structure that is more than the nuisances of all t
 _STEP = 1e-6  # rad or m, of the difference quotient
 _SOME = 300  # samples that tell an axis's lever over the work well enough
 _SHOWN = 1.3  # times the stated noise that may show before the instrument isn't what was stated
+_SHAKES = (
+    1.6  # times the noise, from which a gap is none that hangs together in nothing: what rattles does not, row by row
+)
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,7 @@ def _of_gap(scenes: Sequence[Scene], shrunk: Shrinkage, noise: float) -> Stage:
     known = bool(np.isfinite(sigma).all() and (sigma > 0.0).all())
     instrument = float(np.sqrt(np.mean(sigma**2))) if known else noise
     quiet = shrunk.structure(before=True) < _LEFT * noise and noise < _SHOWN * instrument
+    quiet = quiet and shrunk.rms_before < _SHAKES * noise
     tolerance, p95 = tolerance_of(scenes), shrunk.quantiles()["p95"][0]
     if shrunk.rms_before < _LOUD * instrument or quiet:
         within = "noise"

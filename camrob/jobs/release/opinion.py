@@ -83,7 +83,7 @@ def _never() -> Mapping[str, str]:
         NOWHERE: "put the block or the subprogram into the file",
         ACROSS: "drill in G17",
         ASIDE: "mirror about the work zero: G101 X0, Y0",
-        MODAL_CALL: "call with M99",
+        MODAL_CALL: "end it by M99 before the way along Z",
         ARC_BY_MACHINE: "use L for it",
         FEED_BY_TOOL: "name the feed in mm/min",
         LATHE: "give the milling operations a CL file of their own",

@@ -24,6 +24,7 @@ _ADVICE = {
     "axis-speed": f"lower the feed there, post with --feed optimal, or {_PLACE}",
     "collision": f"{_PLACE}, or raise clearance_mm in setup.toml",
     "collision-in-cut": f"{_PLACE}, or cut there with a longer or slimmer tool",
+    "ends-running": "let the cell's footer switch off what its hooks switch on, or end the file with SPINDL/OFF and COOLNT/OFF",
     "hole-onto-bottom": "name a larger clearance in the file's cycle (Q200, DIS1)",
     "jump": _PLACE,
     "out-of-reach": _PLACE,

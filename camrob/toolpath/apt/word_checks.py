@@ -49,7 +49,11 @@ def coordinates(s: Statement, counts: tuple[int, ...]) -> list[float]:
                 hint = "output no more than the place and the tool axis"
                 raise ToolpathError(f"{s.word} holds {arg}, which is not read there", hint=hint, line=s.line)
             if re.match(r"[A-Z(]", arg):
-                raise source_refusal(s.line)
+                what = (
+                    f"{s.word} holds {arg[:40]!r}, a name where a number belongs: an APT or NCL part program, or damage"
+                )
+                hint = "process a part program with its APT system, and give the CL file that it writes; get a CL file again"
+                raise ToolpathError(what, hint=hint, line=s.line)
             hint = "the line is damaged; get the file again"
             raise ToolpathError(f"{s.word} holds {arg[:40]!r}, no number", hint=hint, line=s.line)
         values.append(arg)

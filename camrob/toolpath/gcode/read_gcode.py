@@ -78,8 +78,7 @@ def read_gcode(
     beside = with_called(lines, data, path, control.wanted)
     try:
         bare = _bare(beside.lines)
-        if control.plain:
-            refuse_turning(bare, path)
+        refuse_turning(bare, path, plain=control.plain)
         machine = _kinematics(bare, kinematics, path, plain=control.plain, told=machine_tool is not None)
         grower = PathGrower(machine, chord_tolerance, angle_tolerance)
         modal = _modal(control, bare, machine, path, defaults)

@@ -109,6 +109,38 @@ def test_a_floor_that_dips_and_comes_back_is_no_axis(tmp_path: Path) -> None:
     assert found.follows == "time"
 
 
+def test_worn_rollers_tip_what_their_axis_carries_by_its_place(tmp_path: Path) -> None:
+    """Of one direction at a time that is A2 by A1's angle."""
+
+    def tips(t: np.ndarray, q: np.ndarray, T: np.ndarray) -> np.ndarray:
+        waves = np.cos(3.0 * q[:, 0]), np.sin(3.0 * q[:, 0] + 0.3) + 0.5 * np.sin(5.0 * q[:, 0])
+        return np.cross(3e-4 * np.stack([*waves, 0.0 * t], axis=1), T[:, :3, 3])
+
+    found = likely_part([panel(tmp_path, seen=tips, poses=True)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == ("A1", "position")
+    assert found.share > 0.7
+
+
+def test_a_tool_that_is_loose_hangs_by_its_weight(tmp_path: Path) -> None:
+    side = lambda t, q, T: 3e-4 * np.tanh(T[:, 2, :1] / 0.2) * T[:, :3, 0]  # noqa: E731
+    found = likely_part([panel(tmp_path, seen=side, poses=True)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == (TOOL, "load")
+
+
+@pytest.mark.parametrize("moves", [TOOL, INSTRUMENT])
+def test_what_was_bumped_is_elsewhere_from_then_on(moves: str, tmp_path: Path) -> None:
+    def bump(t: np.ndarray, q: np.ndarray, T: np.ndarray) -> np.ndarray:
+        way = np.array([2e-4, -3e-4, 1e-4])
+        return (t > 0.4 * t[-1])[:, None] * (T[:, :3, :3] @ way if moves == TOOL else way)
+
+    found = likely_part([panel(tmp_path, seen=bump, poses=True)], NOISE)
+    assert found is not None
+    assert (found.moves, found.follows) == (moves, "time")
+    assert found.share > 0.8
+
+
 @pytest.mark.parametrize("poses", [True, False])
 def test_noise_beside_a_smooth_rest_has_no_clear_part(poses: bool, tmp_path: Path) -> None:
     """Though twenty thousand rates are tried of poses."""

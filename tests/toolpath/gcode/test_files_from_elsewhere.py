@@ -49,7 +49,7 @@ REASONS = {
     "d.nc": ("O1\nG21 G90\nG100 T1 X0. Y0. Z50. S5000 M3 G54\nG1 Z-1. F9\nM30\n", "Brother's G100"),
     "g.nc": ("O1\nG21 G90\nT1 M6\nS9 M3\nG0 X0. Y0. Z5.\nG73 Q30.\nG1 Z0. F9.\nX5.\nM30\n", "Fagor's turn of the path"),
     "e.nc": ("O1\nG21 G90\nG54\nG268 X1. Y0. Z0. I0. J30. K0.\nM30\n", "feature coordinate system"),
-    "f.h": (HEAD + "4 CYCL DEF 1.0 PECKING\n" + END, "CYCL DEF 1.0 is not read"),
+    "f.h": (HEAD + "4 CYCL DEF 4.0 POCKET\n" + END, "CYCL DEF 4.0 is not read: how the control cuts it"),
     "h.nc": ("O1\nG21 G90\nG0 X0. Y0. Z5.\nG1 Z0. F9.\nG6.2 P3 K0. X1. Y1. R1.\nM30\n", "NURBS"),
     "i.mpf": ("%_N_A_MPF\nG90 G71 G17\nTRAORI\nG1 X5 A2=10 B2=0 C2=5 F100\nM30\n", "by angles"),
     "j.mpf": ("%_N_A_MPF\nG90 G71 G17\nTRAORI\nG1 X5 LEAD=5 TILT=0 F100\nM30\n", "against the path"),

@@ -579,6 +579,13 @@ def test_patterns_of_siemens_hold_the_modal_cycle(tmp_path: Path) -> None:
     row = np.outer([5, 15, 25], ray) + np.array([1, 2])
     ring = [[0, 20], [-20, 0], [0, -20], [20, 0]]
     np.testing.assert_allclose(found, [[*xy, -5] for xy in (*row, *ring)], atol=1e-9)
+    free = (
+        "MCALL CYCLE81(50,0,2,-5)\nCYCLE802(111111111,111111111,20,5,-3.5,,8,9,,,,,,,,,,,,,0,0,1)\nMCALL\nG1 X0 Y0 Z0\n"
+    )
+    refused(tmp_path, SIEMENS + UP + free + "M30\n", "c.mpf", 9, "X or Y alone")
+    found = bottoms(tmp_path, SIEMENS + UP + free.replace(",-3.5,,", ",-3.5,0,") + "M30\n", "d.mpf")[:-1]
+    np.testing.assert_allclose(found, [[20, 5, -5], [-3.5, 0, -5], [8, 9, -5]], atol=1e-9)
+    refused(tmp_path, SIEMENS + UP + free.replace("802(111111111", "802(111111121") + "M30\n", "e.mpf", 9, "by steps")
     refused(tmp_path, SIEMENS + UP + "HOLES2(0,0,20,90,0,4)\nM30\n", "a.mpf", 8, "HOLES2")
     refused(tmp_path, SIEMENS + UP + "MCALL CYCLE81(50,0,2,-5)\nHOLES2(0,0,0,90,0,4)\nM30\n", "b.mpf", 9, "radius")
 

@@ -68,6 +68,16 @@ def test_tapping_turns_the_spindle_back_at_the_bottom(tmp_path: Path) -> None:
     assert [e.text for e in events if e.kind is EventKind.SPINDLE_ON] == ["CLW", "CCLW", "CLW"]
 
 
+def test_boring_stops_the_spindle_before_it_comes_out(tmp_path: Path) -> None:
+    """G86: in at the feed, the spindle stands, out in rapid, and turns again; G74 taps with the spindle left-handed."""
+    found = heights(tmp_path, "G71 Z20\nG86 X5 Y6 Z-5 R2 F800 M53\nG80\nM4\nG74 X9 Y6 Z-5 R2 F800 M53\nG80\n")
+    at = found.index([5, 6, -5, 1])
+    assert found[at - 1 : at + 3] == [[5, 6, 2, 0], [5, 6, -5, 1], [5, 6, 2, 0], [5, 6, 20, 0]]
+    events = [e for r in read_toolpath(tmp_path / "part.min").regions for e in r.events]
+    said = [e.text or "off" for e in events if e.kind in (EventKind.SPINDLE_ON, EventKind.SPINDLE_OFF)]
+    assert said[:6] == ["CLW", "off", "CLW", "CCLW", "CLW", "CCLW"]
+
+
 def test_drilling_returns_to_r_with_m54(tmp_path: Path) -> None:
     found = heights(tmp_path, "G71 Z20\nG83 X5 Y6 Z-5 R2 Q4 F100 M54\nX15\nG0 Z20\n")
     assert [15, 6, 2, 0] in found and [15, 6, 20, 0] not in found[:-3]
@@ -96,7 +106,7 @@ def test_the_name_alone_says_whose_it_is(tmp_path: Path) -> None:
         ("G71 Z1\nG81 X5 Y5 Z-5 R2 F100 M53\n", "G71's level lies below R"),
         ("G0 Z10\nG71 Z20\nG81 X5 Y5 Z-5 R2 F100 M53\n", "from below G71's level"),
         ("G71 Z50 F3\n", "G71 with more than its level"),
-        ("G86 X5 Y5 Z-5 R2 F100 M53\n", "G86, a drilling cycle of OSP, is not read"),
+        ("G87 X5 Y5 Z-5 R2 F100 M53\n", "G87, a drilling cycle of OSP, is not read"),
         ("G71 Z50\nG84 X5 Y5 Z-5 R2 P1 F100 M53\n", "or with a dwell P"),
         ("G54 H2\n", "a tool's length along another axis"),
         ("G1 Z-1 F500\nG15 H2\nG1 X5\n", "several work offsets"),

@@ -66,10 +66,6 @@ def test_machine_positions_are_no_place_for_arcs(tmp_path: Path, motion: str) ->
     refused(tmp_path, "a.h", KLARTEXT + f"L X+1 Z+0 F100\nCC X+0 Y+0\n{motion} M91\n" + END, "M91 or M92")
 
 
-def test_m89_is_refused_wherever_it_stands(tmp_path: Path) -> None:
-    refused(tmp_path, "a.h", KLARTEXT + DRILL.format("150") + "CC X+0 Y+0\nLP PR+9 PA+0 FMAX M89\n" + END, "M89")
-
-
 def test_feeds_of_cycles_and_per_turn(tmp_path: Path) -> None:
     """FAUTO: TOOL CALL's 400. FU0.1 at 2000 rev/min: 200 mm/min, and modal."""
     body = DRILL.format("FAUTO") + "L X+5 FMAX M99\nL Z+0 F500\nL X+9 FU0.1\nL X+12\nL X+15 F AUTO\n"

@@ -83,3 +83,18 @@ def test_a_printers_message_is_one_and_m19_at_a_tool_change_does_no_harm(tmp_pat
     (tmp_path / "a.nc").write_text(text, encoding="utf-8")
     toolpath, story = read_toolpath(tmp_path / "a.nc"), read_story(tmp_path / "a.nc")
     assert [gap.text for gap in story.gaps] == ["M19: not known"] and len(toolpath.regions) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.mpf", '%_N_A_MPF\nG18 G90 G95\nT="ROUGH" D1\nG96 S200 M4\nG0 X54 Z2\nT="THREAD" D1\nM30\n'),
+        ("b.mpf", '%_N_B_MPF\nG17 G90\nT="MILL" D1\nG0 X1 Y2\nT="ROUGH" D1\nLIMS=2000\nM30\n'),
+        ("c.mpf", '%_N_C_MPF\nG18 G90\nT1 D1\nG0 X5 Y0\nCYCLE95("A",2,0.4)\nM30\n'),
+        ("d.h", "BEGIN PGM D MM\nFUNCTION MODE TURN\nL X+5 Y+0 FMAX\nEND PGM D MM\n"),
+    ],
+)
+def test_turning_is_named_before_its_tools(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ToolpathError, match="a turning program"):
+        read_toolpath(tmp_path / name)

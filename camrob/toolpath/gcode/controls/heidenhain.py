@@ -73,6 +73,10 @@ _LABEL = re.compile(r'LBL ("[^"]*"|[0-9]+)$')
 _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+|Q[LR]?[0-9]+)(?: ?/ ?(?:[0-9]+|Q[LR]?[0-9]+))?)?$')
 _BARE_CYCLE = re.compile(r"CYCL DEF [2-4][0-9][0-9](?![.0-9])(?!.*Q[0-9]+ ?=).*")  # its parameters stand behind it
 _REMARK = re.compile(r"\s*(?:\d+\s+)?;")
+_TAKES_NO_BRACKETS = re.compile(r"/?[ \t]*(?:N?[0-9]+[ \t]+)?/?[ \t]*(?:L|LN|CC?|C[RPT]|LP|M[0-9]+|RND|CHF)\b", re.I)
+_REMARK_WITHIN = re.compile(
+    r"\([^()]*\)?"
+)  # no control's: editors and teaching simulators let one stand behind a block
 _PARAMETER = re.compile(r"Q[2-4][0-9][0-9] ?= ?[^ ]+")
 _TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
 _FREE = range(2000)  # from Q1600 on they are the user's, as Q0 to Q99 are
@@ -298,7 +302,7 @@ def _joined(lines: list[str]) -> list[tuple[int, str]]:
             continue
         remark = False
         text = re.sub(r";.*", "", raw).strip()
-        text = re.sub(r"\s+", " ", text)
+        text = re.sub(r"\s+", " ", _REMARK_WITHIN.sub("", text) if _TAKES_NO_BRACKETS.match(text) else text).strip()
         ends = raw.rstrip().endswith("~")
         text = text.rstrip("~ ").strip()
         parts = re.split(r'("[^"]*")', text)

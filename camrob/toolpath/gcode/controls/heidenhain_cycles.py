@@ -1,4 +1,4 @@
-"""Heidenhain's cycles 200, 201, 203, 205, 206, 207, 240 as the moves that they stand for (TNC 640, "Machining Cycles")."""
+"""Heidenhain's drilling cycles as the moves that they stand for (TNC 640, "Machining Cycles")."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from camrob.errors import ToolpathError
+from camrob.toolpath.gcode.controls.heidenhain_old_cycles import BACK, OldCycle
 from camrob.toolpath.gcode.controls.heidenhain_words import VALUE
 from camrob.toolpath.gcode.lexer import Block
 from camrob.units import deg_to_rad
@@ -33,12 +34,17 @@ _HELD = "the spindle is held at an angle while the tool is drawn off the wall, w
 REASONS: dict[str, str] = {
     **dict.fromkeys(("202", "204"), _HELD),
     **dict.fromkeys(
-        ("208", "251", "252", "253", "254", "256", "257", "258", "233", "230", "232", "262", "263"), _INSIDE
+        ("3", "4", "5", "208", "251", "252", "253", "254", "256", "257", "258", "233", "230", "232", "262", "263"),
+        _INSIDE,
     ),
+    "12": "another program that CYCL CALL then runs as a cycle",
+    "13": _HELD,
+    "18": "a thread that the spindle's angle is coupled to",
     "241": "the control switches the spindle's speed, its sense and the coolant inside the hole",
     **dict.fromkeys(("209",), "a tap that is turned back and forth to break chips, coupled to the spindle's angle"),
     **dict.fromkeys(
-        ("20", "21", "22", "23", "24", "25", "27", "28", "270", "275"), "a contour that the control itself clears"
+        ("6", "14", "15", "16", "20", "21", "22", "23", "24", "25", "27", "28", "270", "275"),
+        "a contour that the control itself clears",
     ),
 }
 """Why cycles are not read, by their numbers."""
@@ -59,13 +65,19 @@ class Cycle:
 
     def __init__(self, worth: Callable[[str], float], keep: Callable[[int, float | None], None]) -> None:
         self._worth, self._keep = worth, keep
+        self.mm = 1.0  # in one of the program's units
         self._number = 0
         self._q: dict[int, float] = {}
+        self._old: OldCycle | None = None
 
     @property
     def level(self) -> float:
-        """The height at which a hole ends. Raises ToolpathError without a cycle."""
+        """The height at which a hole ends. Raises ToolpathError without a cycle, and where it names no surface."""
         self._is_there()
+        if not self._q:
+            raise ToolpathError(
+                f"cycle {self._number} at a place: it names no surface", hint="position by L, and call with M99"
+            )
         return _level(self._q)
 
     def _is_there(self) -> None:
@@ -83,12 +95,21 @@ class Cycle:
 
     def define(self, number: int, text: str) -> None:
         """CYCL DEF of one of CYCLES. Raises ToolpathError where its parameters make no hole, or one that isn't certain."""
-        self._number, self._q = number, self.parameters(text)
+        self._number, self._q, self._old = number, self.parameters(text), None
         _check(number, self._q)
+
+    def define_old(self, number: int, line: int, text: str) -> None:
+        """CYCL DEF 1.0, 1.1, ... of one of OLD_CYCLES. Raises ToolpathError for a line that is not read."""
+        if line == 0:
+            self._number, self._q, self._old = number, {}, OldCycle(number)
+        elif self._old is None or self._old.number != number:
+            raise ToolpathError(f"CYCL DEF {number}.{line} without {number}.0", hint="check the cycle's lines")
+        else:
+            self._old.say(line, text, self._worth)
 
     def given(self, number: int, value: float) -> None:
         """The program gives a Q parameter a value. Raises ToolpathError as above."""
-        if self._number:
+        if self._number and self._old is None:
             self._q[number] = value
             _check(self._number, self._q)
 
@@ -98,6 +119,8 @@ class Cycle:
             raise ToolpathError(f"cycle {number} without a cycle before it", hint="define it before")
         said = self.parameters(text)
         places = _repeated(number, said)
+        if self._old is not None:
+            self._number, self._q = self._old.placed(said, self.mm)
         self._q |= {name: said[name] for name in (200, 203, 204)}
         _check(self._number, self._q)
         return places
@@ -108,7 +131,23 @@ class Cycle:
         Raises ToolpathError without a cycle, from an unknown height, or from below the clearance.
         """
         self._is_there()
-        yield from _drilled(self._number, self._q, z, line, speed)
+        if self._old is None or self._q:
+            yield from _drilled(self._number, self._q, z, line, speed)
+            return
+        if z is None:
+            raise ToolpathError(f"cycle {self._number} from an unknown height", hint="name Z before it")
+        number, q = self._old.twin(z, self.mm)
+        _check(number, q)
+        yield from _drilled(number, q, z, line, speed)
+
+    def left_at(self, z: float | None) -> float | None:
+        """The height at which a hole that was begun at `z` has left the tool: an old cycle's, where it began."""
+        return z if self._old is not None and not self._q else self.level
+
+    def placed(self) -> None:
+        """The places of cycle 220 or 221 are done: an old cycle counts from where the tool stands again."""
+        if self._old is not None:
+            self._number, self._q = self._old.number, {}
 
 
 def _check(number: int, q: Mapping[int, float]) -> None:
@@ -291,7 +330,7 @@ def _down(number: int, q: Mapping[int, float], line: int) -> Iterator[Block]:
             breaks = 0
             yield _out(q, top, line) if number == 203 else Block(line, {"Z": top}, (0,))
             yield from _dwell(q.get(210), line)
-            yield Block(line, {"Z": min(top, at + q[200])}, (0,))
+            yield Block(line, {"Z": min(top, at + q.get(BACK, q[200]))}, (0,))
         if number == 203:
             bite = _next_bite(q, bite)
 

@@ -16,6 +16,7 @@ from camrob.toolpath.gcode.program_frame import PLAIN, ProgramFrame, euler, mirr
 from camrob.units import deg_to_rad, rad_to_deg
 
 __all__ = [
+    "CALLS",
     "MACHINE",
     "MODES",
     "SILENT",
@@ -37,6 +38,8 @@ __all__ = [
 
 MACHINE = frozenset((91, 92))
 """M functions whose block names positions of the machine."""
+CALLS = frozenset((89, 99))
+"""M functions that call a cycle."""
 STARTING = frozenset((3, 4, 13, 14, 8, 7))
 """M functions that act before a motion."""
 SILENT = frozenset((94, 116, 117, 120, 124, 126, 127, 134, 135, 137, 138, 107, 108, 25, 26))

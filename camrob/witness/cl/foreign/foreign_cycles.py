@@ -165,7 +165,21 @@ def _threaded(reader: ForeignReader, hole: Hole, line: int) -> float:
 
 
 def places(name: str, values: Sequence[float | None]) -> list[tuple[float, float]]:
-    """X and Y of the holes of HOLES1 (a row) and HOLES2 (a circle). Raises UnreadError for what makes none."""
+    """X and Y of the holes of HOLES1 (a row), HOLES2 (a circle) and CYCLE802 (any). Raises UnreadError for what makes none."""
+    if name == "CYCLE802":
+        pairs = [p for p in zip(values[2:20:2], values[3:20:2], strict=False) if p != (None, None)]
+        tail = [p != (None, None) for p in zip(values[2:20:2], values[3:20:2], strict=False)]
+        whole = all(v is not None and set(str(int(v))) == {"1"} for v in values[:2])
+        if (
+            not whole
+            or not pairs
+            or tail != sorted(tail, reverse=True)
+            or any(v not in (None, 0.0, 1.0) for v in values[20:])
+        ):
+            raise UnreadError("CYCLE802 of places that count otherwise")
+        if any(x is None or y is None for x, y in pairs):
+            raise UnreadError("CYCLE802 of places that lack a coordinate")
+        return [(float(x or 0.0), float(y or 0.0)) for x, y in pairs]
     x, y, a, b, c, n = [value or 0.0 for value in (*values, *[None] * 6)][:6]
     if any(values[6:]) or n % 1 or not 1 <= n <= 1000:
         raise UnreadError(f"{name} of holes that aren't known")

@@ -50,7 +50,7 @@ class KlartextReader(CycleCalls):
         self._per_turn = False  # the feed in force is one of FU
         self._pattern = ()
         self._datum: dict[str, float] | None = None  # the shift that holds again behind a plane, m
-        self._unsure = self._shortest = False  # it has ended within the plane; M126
+        self._unsure = self._shortest = self._modal = False  # it has ended within the plane; M126; M89
         self._pole: Pole | None = None
         self._going: complex | None = None  # X + iY: which way the last cut goes where it ends
         super().read(text)
@@ -83,8 +83,8 @@ class KlartextReader(CycleCalls):
             if self._tell.n or not row.endswith((" MM", " INCH")):
                 raise UnreadError("a second program, or one without units")
             self._block(["G20" if row.endswith("INCH") else "G21", "G17", "G90", "G94"], line)
-        elif head in ("L", "LN", "M140"):
-            self._straight(row if head == "M140" else rest, line)
+        elif head in ("L", "LN") or "M140" in row:
+            self._straight(rest if head in ("L", "LN") else row, line)
         elif head in ("C", "CR", "CP", "CT", "LP"):
             self._round(head, rest, line)
         elif corner := re.fullmatch(rf"(RND R|CHF) ?({NUMBER})(?: F ?({NUMBER}))?", row):
@@ -103,6 +103,7 @@ class KlartextReader(CycleCalls):
             self._defined(row.replace("TRANS DATUM AXIS", "7.1").removeprefix("CYCL DEF").strip(), line)
         elif re.fullmatch(r"STOP( M\d+)*|(M\d+ ?)+|M128 F ?[A-Z\d.]+", row):
             codes = re.findall(r"M0*(\d+)", row)
+            self._due(codes, ())
             for first in (True, False):
                 self._switch(codes, line, first=first)
             self._block(["M0"] if head == "STOP" and not self._ended else [], line)
@@ -230,13 +231,11 @@ class KlartextReader(CycleCalls):
     # -- motions
 
     def _straight(self, text: str, line: int) -> None:
-        if re.fullmatch(r"M140 MB ?(MAX|[-+\d.]+)( F ?\w+)?", text):
-            self._here = {}
-            self._forget()
+        if self._retracted(text, line):
             return
         words, codes, rapid = self._parts(text)
         self._sided(words, line)
-        called, codes = "99" in codes, [code for code in codes if code != "99"]
+        calls, codes = codes, [code for code in codes if code != "99"]
         self._switch(codes, line, first=True)
         feed = self._fed(words)
         vector = None
@@ -260,7 +259,7 @@ class KlartextReader(CycleCalls):
             self._here |= {letter: value for letter, value in to.items() if letter in "XYZ"}
         elif feed:
             self._block(feed, line)
-        if called:
+        if self._due(calls, to):
             self._hole([], line)
         self._switch(codes, line, first=False)
 
@@ -276,7 +275,7 @@ class KlartextReader(CycleCalls):
     def _round(self, kind: str, text: str, line: int) -> None:
         words, codes, rapid = self._parts(text)
         self._sided(words, line)
-        called, codes = "99" in codes, [code for code in codes if code != "99"]
+        calls, codes = codes, [code for code in codes if code != "99"]
         if {"91", "92"} & set(codes):
             raise UnreadError(klartext_values.ARC_BY_MACHINE)
         self._switch(codes, line, first=True)
@@ -311,7 +310,7 @@ class KlartextReader(CycleCalls):
             ray = complex(to["X"] - x, to["Y"] - y) - (by if kind == "CT" else complex(cx - x, cy - y))
             self._going = ray * (1j if sense == "+" else -1j)
         self._here |= to
-        if called:
+        if self._due(calls, to):
             self._hole([], line)
         self._switch(codes, line, first=False)
 
@@ -355,10 +354,15 @@ class KlartextReader(CycleCalls):
         taken = self._in_force.take(rest, self._called_feed)
         if re.fullmatch(r"19\.(0( .*)?|1( ?[ABC] ?[-+]?0*\.?0*)*)", text) and not self._stand.tilted:
             return
-        if main in ("200", "201", "203", "205", "206", "207", "240"):
-            self._in_force.define(main, taken)
+        if main in ("200", "201", "203", "205", "206", "207", "240", "1", "2", "17"):
+            self._modal = False
+            if old := re.fullmatch(r"(1|2|17)\.(\d)", number):
+                self._in_force.define_old(old[1], old[2], rest.strip(), self._scale)
+            else:
+                self._in_force.define(main, taken)
         elif main in ("220", "221"):
             self._holes(self._in_force.again(main, taken), line)
+            self._in_force.places_done()
         elif self._datum is not None and main == "7" and shift and not re.search(r"I[XYZ]|[1-9]", rest):
             self._datum |= dict.fromkeys(re.findall("[XYZ]", rest), 0.0)
             self._unsure = True

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from camrob.witness.cl.foreign.foreign_cycles import drill_here
 from camrob.witness.cl.foreign.foreign_words import ForeignReader, UnreadError
-from camrob.witness.cl.foreign.klartext_places import FIRST
+from camrob.witness.cl.foreign.klartext_places import FIRST, MODAL_CALL
 from camrob.witness.cl.foreign.klartext_values import NUMBER, CycleInForce
 
 __all__ = ["CALL", "CycleCalls"]
@@ -27,6 +27,7 @@ class CycleCalls(ForeignReader):
     _here: dict[str, float]
     _in_force: CycleInForce
     _pattern: Sequence[tuple[float, float]]
+    _modal = False  # M89: the cycle is called behind every motion
 
     @abstractmethod
     def _switch(self, codes: list[str], line: int, *, first: bool) -> None:
@@ -41,6 +42,26 @@ class CycleCalls(ForeignReader):
         self._switch([code for code in codes if code in FIRST], line, first=True)
         self._holes(self._pattern if found[1] == " PAT" else [(float(found[2]), float(found[3]))], line)
         self._switch([code for code in codes if code not in FIRST], line, first=False)
+
+    def _retracted(self, text: str, line: int) -> bool:
+        """Whether a block is M140, with other M functions or none: back along the tool, how far isn't known."""
+        found = re.fullmatch(r"((?:M\d+ )*)M140 MB ?(?:MAX|[-+\d.]+)(?: F ?\w+)?((?: M\d+)*)", text)
+        if found is None:
+            return False
+        codes = re.findall(r"M0*(\d+)", found[1] + found[2])
+        self._switch(codes, line, first=True)
+        self._here = {}
+        self._forget()
+        self._switch(codes, line, first=False)
+        return True
+
+    def _due(self, codes: list[str], axes: Collection[str]) -> bool:
+        """Whether a block that has moved these axes ends in the cycle: by M99, or by M89 in it or before it, up to M99."""
+        modal = self._modal or "89" in codes
+        if ("89" in codes and not axes) or (modal and "Z" in axes):
+            raise UnreadError(MODAL_CALL)
+        self._modal = modal and "99" not in codes
+        return "99" in codes or (modal and bool(axes))
 
     def _holes(self, places: Sequence[tuple[float, float]], line: int) -> None:
         """The cycle in force at each of the places."""
@@ -61,7 +82,7 @@ class CycleCalls(ForeignReader):
 
     def _hole(self, codes: list[str], line: int) -> None:
         """The cycle in force where the tool stands."""
-        hole = self._in_force.hole
+        hole = self._in_force.hole_from(self._here.get("Z"))
         self._switch(codes, line, first=True)
         drill_here(self, hole, line)
         self._here["Z"] = hole.level

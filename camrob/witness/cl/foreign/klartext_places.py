@@ -27,9 +27,9 @@ __all__ = [
 FIRST = {"3": "M3", "4": "M4", "7": "M7", "8": "M8", "13": "M3M8", "14": "M4M8", "128": "M128"}
 LAST = {"0": "M0", "1": "M1", "2": "M2", "30": "M30", "5": "M5", "9": "M9", "129": "M129"}
 # how the path is run, and which way rotary axes go round
-QUIET = frozenset("94 116 117 120 124 134 135 137 138 107 108 25 26".split())
+QUIET = frozenset("89 94 116 117 120 124 134 135 137 138 107 108 25 26".split())
 
-MODAL_CALL = "M89, a cycle called behind every motion"
+MODAL_CALL = "M89 without a place, or a way along Z while it calls a cycle behind every motion"
 """Of a program that camrob refuses: nothing that is made of it can be right."""
 _FULL = 360.0  # degrees
 _PLANES = {"XY": "G17", "YZ": "G19", "ZX": "G18"}  # angles count from the first axis to the second
@@ -114,7 +114,7 @@ def formula_of(name: str, text: str, row: str) -> str:
 
 def unread_code(code: str) -> UnreadError:
     """An M function that is not read."""
-    return UnreadError(MODAL_CALL if code == "89" else f"M{code} of Heidenhain's")
+    return UnreadError(f"M{code} of Heidenhain's")
 
 
 def folded_by(cycle: str, rest: str, before: tuple[str, float]) -> tuple[str, float]:

@@ -8,6 +8,7 @@ import re
 from camrob.witness.cl.foreign.computed_values import Values
 from camrob.witness.cl.foreign.foreign_cycles import Hole, klartext_hole
 from camrob.witness.cl.foreign.foreign_words import UnreadError
+from camrob.witness.cl.foreign.klartext_old import OldValues
 from camrob.witness.units import deg_to_rad
 
 __all__ = [
@@ -47,6 +48,10 @@ def statements(text: str) -> list[tuple[int, str]]:
             remark = going  # a comment that goes on in the next line
             continue
         row = re.sub(r"(?<=\d),(?=\d)", ".", " ".join(raw.partition(";")[0].split()).upper())
+        if re.match(
+            r"/? ?(N?\d+ )?/? ?(LN?|C[CPRT]?|LP|M\d+|RND|CHF)\b", row
+        ):  # brackets mean nothing there but a remark
+            row = re.sub(r"\([^()]*\)?", "", row).strip()
         cycle = cycle and bool(re.match(r"Q[2-4]\d\d ?= ?\S+$", row))  # values of a cycle, a line each
         if (goes_on or cycle) and rows:
             rows[-1] = (rows[-1][0], f"{rows[-1][1]} {row.rstrip('~ ')}")
@@ -136,6 +141,7 @@ class CycleInForce:
         self._computed = computed
         self._number, self._q = "", dict[int, float]()
         self._hole: Hole | None = None
+        self._old: OldValues | None = None
 
     @property
     def hole(self) -> Hole:
@@ -158,8 +164,30 @@ class CycleInForce:
 
     def define(self, number: str, q: dict[int, float]) -> None:
         """A cycle is in force from here on. Raises UnreadError for one that isn't read."""
-        self._number, self._q = number, q
+        self._number, self._q, self._old = number, q, None
         self._hole = klartext_hole(number, q)
+
+    def define_old(self, number: str, line: str, rest: str, scale: float) -> None:
+        """A line of cycle 1, 2 or 17; scale: metres in one of the program's units. Raises UnreadError for another line."""
+        if line == "0":
+            self._number, self._q, self._hole, self._old = number, {}, None, OldValues(number, scale)
+        elif self._old is None or self._old.number != number:
+            raise UnreadError(f"CYCL DEF {number}.{line} without {number}.0")
+        else:
+            self._old.say(int(line), rest, self._computed.of)
+
+    def hole_from(self, height: float | None) -> Hole:
+        """What a call does where the tool stands so high. Raises UnreadError as `hole`, and for an old cycle from nowhere."""
+        if self._hole is not None or self._old is None:
+            return self.hole
+        if height is None:
+            raise UnreadError("a cycle from a height that isn't known")
+        return self._old.hole(height)
+
+    def places_done(self) -> None:
+        """An old cycle counts its heights from where the tool stands again."""
+        if self._old is not None:
+            self._hole = None
 
     def again(self, number: str, q: dict[int, float]) -> list[tuple[float, float]]:
         """Where cycles 220 and 221 have the cycle before them done, which has the heights that they name from here on.
@@ -179,10 +207,13 @@ class CycleInForce:
             grid = [(k if row % 2 == 0 else columns - 1 - k, row) for row in range(rows) for k in range(columns)]
             flat = [complex(k * q[237], row * q[238]) * complex(math.cos(ray), math.sin(ray)) for k, row in grid]
             places = [(q[225] + z.real, q[226] + z.imag) for z in flat]
-        self.define(self._number, self._q | {name: q[name] for name in (200, 203, 204)})
+        if self._old is not None:
+            self._hole = self._old.placed(q)
+        else:
+            self.define(self._number, self._q | {name: q[name] for name in (200, 203, 204)})
         return places
 
     def given(self, name: str) -> None:
         """Q201 = ... changes the cycle in force. Raises UnreadError as above."""
-        if self._number and name[1:].isdigit() and int(name[1:]) >= _FIRST_OF_CYCLES:
+        if self._number and self._old is None and name[1:].isdigit() and int(name[1:]) >= _FIRST_OF_CYCLES:
             self.define(self._number, self._q | {int(name[1:]): self._computed.of(name)})

@@ -1,6 +1,6 @@
 """Okuma's OSP, as far as its words are ISO's: G15 H a datum, G56 H the tool's length along Z till G53 (manual of the OSP-P300M).
 
-G81, G82, G83, G73, G84 and G85 without a dwell return to R by M54, to the level of G71 by M53. What else OSP has for itself
+G81 to G86, G73 and G74 without a dwell return to R by M54, to the level of G71 by M53. What else OSP has for itself
 is a gap: other cycles, M52, lengths along other axes by G54 to G59, a frame by G11, variables, calls.
 """
 
@@ -19,7 +19,7 @@ OSP = re.compile(
 
 _CODE = re.compile(r"([GM])0*(\d+\.?\d*)")
 _KEPT = frozenset("0 1 2 3 9 17 18 19 20 21 30 40 41 42 61 64 80 90 91 94 95 99".split())
-_HOLES = {"81": "81", "82": "81", "83": "83", "73": "73", "84": "84", "85": "85"}
+_HOLES = {"82": "81"} | {code: code for code in "81 83 73 74 84 85 86".split()}
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _NOT_KEPT = frozenset("13 14 97 98 99".split())  # M codes that are a spindle or a call elsewhere
 

@@ -91,7 +91,7 @@ class SinumerikReader(OwnWays):
         if frame := re.fullmatch(r"(A?)(TRANS|ROT|MIRROR|SCALE)\b(.*)", body):
             self._framed(frame[2], frame[3], adds=bool(frame[1]))
             return
-        if (call := re.fullmatch(r"(HOLES[12])\s*\((.*)\)", body)) and self._called is not None:
+        if (call := re.fullmatch(r"(HOLES[12]|CYCLE802)\s*\((.*)\)", body)) and self._called is not None:
             motion, absolute = self._motion, self._absolute
             for x, y in places(call[1], self._values(call[2])):
                 self._block(["G90", "G0", f"X{x:.9f}", f"Y{y:.9f}"], line)
