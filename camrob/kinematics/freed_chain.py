@@ -2,8 +2,9 @@
 
 What is given are the freedoms: external axes, the virtual roll, the seventh axis of an arm, a lift beneath it. With them in place
 the other six are an arm whose screw axes are known, wherever in the chain they stand, and `screw_arm` has its postures.
-Which axes are given is taken from the geometry: of the choices that leave a closed form, the one whose axes move most when the
-tool stands still, for these are what a grid is best laid over.
+Which axes are given is taken from the geometry: of the choices that leave a closed form with all postures, the one whose axes
+move most when the tool stands still, for these are what a grid is best laid over. A choice whose postures are searched for, and
+may be missed, does only where there is no other.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from camrob.errors import CellError
 from camrob.frame_steps import compose, move_joint
 from camrob.kinematics.frames import base_T_joint_axes, base_T_tool, tool_jacobians
 from camrob.kinematics.kernels import chain_arrays
-from camrob.kinematics.screw_arm import ScrewArm, solve_screws
+from camrob.kinematics.screw_arm import OFFSET, ScrewArm, solve_screws
 from camrob.kinematics.screw_families import screw_arm
 from camrob.kinematics.spherical_wrist import BRANCH_OK
 
@@ -56,7 +57,8 @@ class FreedChain(NamedTuple):
 
 
 def freed_chains(cell: Cell) -> list[FreedChain]:
-    """The freed chains of a cell, one for each choice of axes that leaves a closed form, the best first.
+    """The freed chains of a cell, one for each choice of axes that leaves a closed form with all postures, the best first; those
+    that leave a searched one where there is no other.
 
     Raises CellError where no choice of six of its turning axes has one.
     """
@@ -88,7 +90,8 @@ def freed_chains(cell: Cell) -> list[FreedChain]:
     if not found:
         what = f"cell {cell.name}: no six of its turning axes have a closed form for all their postures"
         raise CellError(what, hint="use --method vjm")
-    return [chain for _, chain in sorted(found, key=lambda one: -one[0])]
+    proved = [one for one in found if one[1].family != OFFSET]
+    return [chain for _, chain in sorted(proved or found, key=lambda one: -one[0])]
 
 
 def freed_chain(cell: Cell) -> FreedChain:

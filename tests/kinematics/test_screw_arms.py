@@ -15,7 +15,7 @@ from camrob.cell.joint import Joint, Role, dh_after, dh_before
 from camrob.errors import CellError
 from camrob.kinematics.arm import Arm
 from camrob.kinematics.frames import base_T_tool
-from camrob.kinematics.freed_chain import freed_chain, reach_chain
+from camrob.kinematics.freed_chain import freed_chain, freed_chains, reach_chain
 from camrob.kinematics.screw_arm import PARALLEL, WRIST, solve_screws_many
 from camrob.kinematics.screw_families import screw_arm, screw_displacement
 from camrob.kinematics.spherical_wrist import BRANCH_OK
@@ -52,6 +52,18 @@ PANDA_LIMITS = [
 ]
 
 
+# place in the joint before, m, and axis of the Fetch's arm: Fetch Robotics, fetch_description/robots/fetch.urdf
+FETCH = [
+    ((0.119525, 0.0, 0.34858), "z"),
+    ((0.117, 0.0, 0.06), "y"),
+    ((0.219, 0.0, 0.0), "x"),
+    ((0.133, 0.0, 0.0), "y"),
+    ((0.197, 0.0, 0.0), "x"),
+    ((0.1245, 0.0, 0.0), "y"),
+    ((0.1385, 0.0, 0.0), "x"),
+]
+
+
 def arm_cell(joints: list[Joint]) -> Cell:
     """The KR15 cell with another arm, alone."""
     return replace(CELL, joints=tuple(joints), wrist_T_flange=np.eye(4), foot_T_root=np.eye(4), shapes=(), masses=())
@@ -80,6 +92,17 @@ def panda() -> list[Joint]:
         )
         for k, ((a, alpha, d), (lo, up)) in enumerate(rows)
     ]
+
+
+def fetch() -> list[Joint]:
+    onto = {"x": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "z": np.eye(3)}
+    joints = []
+    for k, (place, axis) in enumerate(FETCH):
+        before, after = np.eye(4), np.eye(4)
+        before[:3, :3], before[:3, 3] = onto[axis], place
+        after[:3, :3] = np.transpose(onto[axis])
+        joints.append(Joint(f"A{k + 1}", Role.ARM, False, before, after, lower=-2.2, upper=2.2))
+    return joints
 
 
 def random_axes(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -186,6 +209,20 @@ def test_no_search_from_many_starts_finds_a_posture_more(arm: str) -> None:
             assert np.abs(apart).max(axis=1).min() < 1e-4
             total += 1
     assert total >= 8
+
+
+@pytest.mark.parametrize("arm", ["panda", "fetch"])
+def test_an_arm_with_an_axis_to_spare_frees_one_that_leaves_all_postures_and_meets_poses_exactly(arm: str) -> None:
+    cell = arm_cell(panda() if arm == "panda" else fetch())
+    chains = freed_chains(cell)
+    assert {chain.family for chain in chains} == {WRIST}  # several of the other choices have a form that is searched
+    assert cell.names[int(chains[0].given[0])] == {"panda": "A7", "fetch": "A3"}[arm]
+    for q in np.random.default_rng(9).uniform(np.maximum(cell.q_lower, -2.0), np.minimum(cell.q_upper, 2.0), (20, 7)):
+        pose = base_T_tool(cell, q)
+        ours = reach_chain(chains[0], pose, q)
+        np.testing.assert_allclose(base_T_tool(cell, ours), np.broadcast_to(pose, (len(ours), 4, 4)), atol=1e-11)
+        apart = np.abs((ours - q + np.pi) % (2.0 * np.pi) - np.pi)
+        assert apart.max(axis=1).min() < 1e-6
 
 
 def test_the_chain_with_freedoms_has_the_postures_of_the_arm_module() -> None:

@@ -21,6 +21,7 @@ from camrob.cell.cell import Cell
 from camrob.errors import UnreachableError
 from camrob.frozen import locked
 from camrob.kinematics.freed_chain import FreedChain, freed_chains
+from camrob.kinematics.screw_arm import OFFSET
 from camrob.product_grid import product_grid
 from camrob.redundancy.planning.dynamic_programming import Layers, cheapest_way
 from camrob.redundancy.tracing.lattice import lattice_postures
@@ -245,7 +246,9 @@ def _axes(task: _Task) -> str:
 def _nowhere(task: _Task, point: int, lost: Array, tried: int) -> UnreachableError:
     """No candidate at a pose."""
     past, cramped = int(lost[1]), int(lost[2])
-    what = f"pose {point} has no posture with all of closed form's branches at each of {tried} values of {_axes(task)}"
+    searched = task.chain.family == OFFSET
+    branches = f"{'those' if searched else 'all'} of closed form's branches{' that were found' if searched else ''}"
+    what = f"pose {point} has no posture with {branches} at each of {tried} values of {_axes(task)}"
     if past + cramped:
         what += f": {past} pass a joint's limit, {cramped} have no room"
     hint = "clear the way for the arm" if cramped else "place the part elsewhere, or widen the limits"
