@@ -91,9 +91,7 @@ def _begun_elsewhere(
     for q_begin in other_beginnings(cell, np.asarray(path.base_T_tip[0])):
         follower = _BegunAt(cell, path, q_begin, weighting, further)
         try:
-            # no way from there to the first point: no time for the roll, which has no speed
-            with np.errstate(invalid="ignore"):
-                found = followed_whole(follower, revise=revise, progress=progress)
+            found = followed_whole(follower, revise=revise, progress=progress)
         except JobError:
             continue
         yield found

@@ -391,7 +391,8 @@ class PathFollower:
         way = np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()[where]
         time = np.diff(way, prepend=0.0) / feed
         free = self.path.safe[start:stop]
-        room = (1.0 - SPEED_SHARE) * time[free, None] * self._speed
+        speed = np.where(time[free, None] > 0.0, self._speed, 0.0)  # 0 s at any speed, be it without limit, is no way
+        room = (1.0 - SPEED_SHARE) * time[free, None] * speed
         limits[where[free]] = np.maximum(limits[where[free]], room)
         if start == 0:
             limits[:] = np.inf  # the way from HOME is travelled by PTP
