@@ -21,7 +21,7 @@ from camrob.se3 import abc_to_rotation, angle_between
 from camrob.text import bytes_of
 from camrob.units import deg_to_rad, m_to_mm, mm_to_m, rad_to_deg
 
-__all__ = ["POSES_FILE", "PoseBounds", "PoseError", "check_poses", "pose_errors"]
+__all__ = ["POSES_FILE", "PoseBounds", "PoseError", "check_poses", "coupled_axes", "pose_errors"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,12 @@ _PLACE = ("x_mm", "y_mm", "z_mm")
 _TURN = ("a_deg", "b_deg", "c_deg")
 _AXIS = ("tool_z_x", "tool_z_y", "tool_z_z")
 _TEXTS = ("name", "source", "note")
+_ARM = 6  # axes
+_COUPLED = ((2, 1), (4, 3), (5, 4), (5, 3))  # arm axes, and those that some controllers count them with
+_TELLING, _TURNED = (
+    2,
+    1.0,
+)  # poses in which the other axis has to be turned by so many degrees, so that they say anything of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +99,7 @@ def check_poses(cell: Cell, path: Path, bounds: PoseBounds) -> None:
     if missed:
         others = f" (and {len(missed) - 1} more of the {len(errors)} poses)" if len(missed) > 1 else ""
         what = f"pose {missed[0].name[:40]!r} is not where cell.toml puts it: {missed[0].missed}{others}"
-        raise CellError(what, hint=hint, path=path, line=missed[0].line)
+        raise CellError(what, hint=coupled_axes(cell, path, bounds) or hint, path=path, line=missed[0].line)
 
 
 def pose_errors(cell: Cell, path: Path, bounds: PoseBounds) -> tuple[PoseError, ...]:
@@ -125,6 +131,36 @@ def pose_errors(cell: Cell, path: Path, bounds: PoseBounds) -> tuple[PoseError, 
                 found = f"{key} is {value:.4g}, not {stated:g}"
         errors.append(PoseError(row.line, row.name, off, turned, found_of[k][1], found))
     return tuple(errors)
+
+
+def coupled_axes(cell: Cell, path: Path, bounds: PoseBounds) -> str:
+    """That a cell which misses its poses would meet all that give axis values if one arm axis were counted with another, as
+    controllers of parallel-link arms count A3 and as some wrists do; "" where no such two axes explain them.
+    """
+    names = cell.axis_names
+    arm = [k for k, name in enumerate(names) if cell.joints[cell.index(name)].role is Role.ARM]
+    rows = [row for row in _rows(cell, path) if row.some(_axis_columns(cell), path) is not None]
+    if not rows or len(arm) < _ARM:
+        return ""
+    values = np.stack([np.asarray(row.some(_axis_columns(cell), path)) for row in rows])
+    for turned, by in _COUPLED:
+        one, other = arm[turned], arm[by]
+        if np.sum(np.abs(values[:, other]) > _TURNED) < _TELLING:
+            continue
+        for sign, word in ((1.0, "+"), (-1.0, "-")):
+            counted = values.copy()
+            counted[:, one] += sign * values[:, other]
+            q = np.stack(
+                [cell.to_q(v, roll=r.numbers.get("q_roll_rad", 0.0)) for v, r in zip(counted, rows, strict=True)]
+            )
+            tools = _walk(cell, q)[0]
+            if not any(_missed(row, T, *_off(row, T), path, bounds) for row, T in zip(rows, tools, strict=True)):
+                return (
+                    f"all poses are met with {names[one]} {word} {names[other]} in {names[one]}'s place: the controller counts "
+                    f"{names[one]} with {names[other]} (a parallel-link arm, or a coupled wrist), and no cell can say so: "
+                    "a program written for it would run at other angles"
+                )
+    return ""
 
 
 def _rows(cell: Cell, path: Path) -> Iterator[_Row]:

@@ -56,7 +56,7 @@ class CellCheckSummary(Summary):
 
     The largest errors are None where there is no pose. assumed: the entries that nobody has measured or read, by their keys.
     bare: stretches of the arm that no body covers, a sentence each. home: bodies that touch at HOME, likewise.
-    length: what is wrong with the characteristic length, "" if nothing.
+    length: what is wrong with the characteristic length, coupled: which axes the controller counts together; "" if nothing.
     """
 
     cell: str
@@ -71,6 +71,7 @@ class CellCheckSummary(Summary):
     bare: tuple[str, ...] = ()
     home: tuple[str, ...] = ()
     length: str = ""
+    coupled: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -99,3 +99,44 @@ def test_a_length_of_another_arm_is_said_beside_the_one_that_suits(tmp_path, cap
     assert suits and 600.0 < float(suits[1]) < 750.0
     run(["cell", "check", str(cell)])
     assert said[:60] in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_a3_that_the_controller_counts_with_a2_is_said_and_no_program_is_written_for_it(
+    sign: int, tmp_path, capsys
+) -> None:
+    """Rows as the pendant of a parallel-link arm shows them: its A3 is the forearm's against the floor or against HOME's."""
+    cell = _copied(tmp_path)
+    with (cell / "poses.csv").open(encoding="utf-8", newline="") as file:
+        rows = [{k: v for k, v in row.items() if not k.startswith("q_")} for row in csv.DictReader(file)]
+    for row in rows:
+        row["A3_deg"] = str(float(row["A3_deg"]) + sign * float(row["A2_deg"]))
+        row["S"] = row["T"] = ""
+    with (cell / "poses.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    said = _checked(cell, capsys, 1)["coupled"]
+    assert said.startswith(f"all poses are met with A3 {'-' if sign > 0 else '+'} A2 in A3's place")
+    part = CELLS.parent / "toolpaths" / "engraving" / "engraving.cls"
+    assert run(["post", str(part), "--cell", str(cell), "--out", str(tmp_path / "out")]) == 2
+    assert "the controller counts A3 with A2" in capsys.readouterr().err
+
+
+def test_poses_that_no_coupling_explains_are_told_of_none(tmp_path, capsys) -> None:
+    assert _checked(_copied(tmp_path, "poses.csv", HOME, "100.0,-41.764,619.422"), capsys, 1)["coupled"] == ""
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        ("cell.toml", 'ori_type = "#VAR"', 'ori_type = "#VARY"', "cell.toml:330: controller: ori_type"),
+        ("weights_jnt.fis", "MF1=", "MF1=x", "weights_jnt.fis"),
+        ("cell.toml", 'file = "weights_cond.fis"', 'file = "none.fis"', "none.fis"),
+    ],
+)
+def test_what_post_would_refuse_of_a_cell_the_check_refuses(
+    file: str, old: str, new: str, said: str, tmp_path, capsys
+) -> None:
+    assert run(["cell", "check", str(_copied(tmp_path, file, old, new))]) == 2
+    assert said in capsys.readouterr().err

@@ -8,10 +8,12 @@ from pathlib import Path
 
 from camrob.bodies.bare_links import bare_links
 from camrob.cell.cell import Cell
-from camrob.cell.poses import POSES_FILE, pose_errors
+from camrob.cell.poses import POSES_FILE, coupled_axes, pose_errors
 from camrob.cell.read_cell import unchecked_cell
+from camrob.jobs.files.cell_for import check_controller
 from camrob.jobs.files.home import touches_at_home
 from camrob.kinematics.best_condition import best_condition
+from camrob.redundancy.published.weighting import engine_weighting
 from camrob.summaries.shipped_summary import CellCheckSummary, CheckedPose
 from camrob.toml.table_reader import PROVENANCES
 from camrob.units import m_to_mm, rad_to_deg
@@ -29,8 +31,13 @@ class CellCheckResult:
 
 
 def cell_check(cell: Path) -> CellCheckResult:
-    """Hold a cell's forward kinematics against every row of its poses.csv. Raises CellError for files that can't be read."""
+    """Hold a cell's forward kinematics against every row of its poses.csv. Raises CellError for files that can't be read, its
+    fuzzy engines among them, and for settings that its controller's language doesn't take.
+    """
     machine, bounds = unchecked_cell(Path(cell))
+    check_controller(machine, Path(cell))
+    if machine.resolve_section is not None:
+        engine_weighting(machine)
     errors = pose_errors(machine, machine.folder / POSES_FILE, bounds)
     poses = tuple(
         CheckedPose(
@@ -57,6 +64,7 @@ def cell_check(cell: Path) -> CellCheckResult:
         bare=tuple(bare.text for bare in bare_links(machine)),
         home=touches_at_home(machine),
         length=_other_length(machine),
+        coupled="" if all(pose.ok for pose in poses) else coupled_axes(machine, machine.folder / POSES_FILE, bounds),
     )
     return CellCheckResult(summary)
 

@@ -15,7 +15,7 @@ from camrob.languages import LANGUAGES, language_named
 from camrob.program.language import Language
 from camrob.toml.key_line import key_line
 
-__all__ = ["cell_for", "language_for", "language_of"]
+__all__ = ["cell_for", "check_controller", "language_for", "language_of"]
 
 _CONTROLLER = frozenset({"post", "verify", "simulate", "compensate"})
 _RESOLVE = frozenset({"post", "place"})
@@ -24,21 +24,27 @@ _RESOLVE = frozenset({"post", "place"})
 def cell_for(verb: str, path: str | Path) -> Cell:
     """The cell in a folder. Raises CellError for a cell that can't be read, or lacks a section that the verb needs."""
     cell = read_cell(path).checked_for(f"camrob {verb}", controller=verb in _CONTROLLER, resolve=verb in _RESOLVE)
-    if cell.controller_section is not None:
-        follows = cell.base_follows_table
-        if follows and not cell.indices(Role.WORKPIECE):
-            what = "kinematics.base_follows_table is true, and the cell has no table: no joint's role is workpiece"
-            hint = "set it to false, and take base_template, act_ex_ax or mechanical_unit away"
-            file = cell_file(Path(path))
-            raise CellError(what, hint=hint, path=file, line=key_line(file, ("kinematics", "base_follows_table")))
-        try:
-            home = cell.to_axis_values(cell.q_home).tolist()
-            language_named(cell.controller.language).settings(cell.controller, follows_table=follows, home=home)
-        except CellError as e:
-            file = cell_file(Path(path))
-            line = key_line(file, ("controller", *controller_key(e.what)))
-            raise CellError(f"controller: {e.what}", hint=e.hint, path=file, line=line) from None
+    check_controller(cell, Path(path))
     return cell
+
+
+def check_controller(cell: Cell, path: Path) -> None:
+    """Raise CellError for settings of a cell's controller, where it has any, that its language doesn't take."""
+    if cell.controller_section is None:
+        return
+    follows = cell.base_follows_table
+    if follows and not cell.indices(Role.WORKPIECE):
+        what = "kinematics.base_follows_table is true, and the cell has no table: no joint's role is workpiece"
+        hint = "set it to false, and take base_template, act_ex_ax or mechanical_unit away"
+        file = cell_file(path)
+        raise CellError(what, hint=hint, path=file, line=key_line(file, ("kinematics", "base_follows_table")))
+    try:
+        home = cell.to_axis_values(cell.q_home).tolist()
+        language_named(cell.controller.language).settings(cell.controller, follows_table=follows, home=home)
+    except CellError as e:
+        file = cell_file(path)
+        line = key_line(file, ("controller", *controller_key(e.what)))
+        raise CellError(f"controller: {e.what}", hint=e.hint, path=file, line=line) from None
 
 
 def language_of(cell: Cell) -> Language:

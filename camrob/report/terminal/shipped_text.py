@@ -64,7 +64,7 @@ def render_cell_check(summary: CellCheckSummary) -> RenderableType:
         parts.append(Padding(shown_text(f"{pose.name} (line {pose.line}) {errors}{wrong}"), _INDENT, expand=False))
     if summary.poses:
         parts.append(Text(f"allowed are {bounds}"))
-    parts += [shown_text(text) for text in (*summary.bare, *summary.home, summary.length) if text]
+    parts += [shown_text(text) for text in (*summary.bare, *summary.home, summary.length, summary.coupled) if text]
     stated = ", ".join(f"{number} {kind}" for kind, number in summary.provenance.items())
     return Group(*parts, Text(f"entries of cell.toml: {stated}"))
 
