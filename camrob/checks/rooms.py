@@ -62,11 +62,12 @@ def job_room(
     stock_mesh: Array | None = None,
     base_T_part: Array | None = None,
     tool: ToolSetup | None = None,
+    touch: float | None = None,
 ) -> Room | None:
     """The pairs of `pair_rooms` for `rooms`, which finds the least distance of all of them in one pass, some microseconds a
-    posture; the tool is not held to the part. None where no two bodies may not touch.
+    posture; touch as there. None where no two bodies may not touch.
     """
-    return _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, None, None)[1]
+    return _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, touch, None)[1]
 
 
 def _pairs(

@@ -29,6 +29,7 @@ from camrob.redundancy.clock import Clock
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanAccuracy
 from camrob.redundancy.planning.for_accuracy import expected_error, preferred
+from camrob.redundancy.planning.forbidding import Leads
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.scan_batched import Score
 from camrob.redundancy.replanning.bettered import Run
@@ -50,6 +51,7 @@ def resolve_planned(
     mode: str = "knee",
     obstacles: Obstacles | None = None,
     room: Room | None = None,
+    leads: Leads | None = None,
     score: Score | None = None,
     errors: PostureErrors | None = None,
     run: Run | None = None,
@@ -61,7 +63,8 @@ def resolve_planned(
     obstacles(path, solution) says at which points (N,) a solution touches something: the plan is made anew there (a solution
     that still touches is returned; whoever checks it, finds it).
     room: the bodies that may not touch. Where mending a plan doesn't lead out of what it touches, the search goes round all
-    candidates that touch something by these, and `obstacles` finds what is touched between them.
+    candidates that touch something by these, and `obstacles` finds what is touched between them. leads: the room on the
+    ways from HOME to postures of the first point and from those of the last one back, by which that search begins and ends.
     score: 1/k_F of batches of arm postures, for the certificate's scan (`scan_batched`); None: the compiled kernels.
     errors: what is known of the machine's errors: the part's expected error then stands in the objective with the weight
     `accuracy` of the cell (FOR_ACCURACY where that is 0), and the plan is returned only where it expects clearly
@@ -88,7 +91,7 @@ def resolve_planned(
         return published(cell, path, f"{error.what}", report_share)
     if not len(space.free):
         return published(cell, path, f"cell {cell.name} has no spare freedom to plan", report_share)
-    task = Task(cell, space, mode, score, Clock(seconds), room=room)
+    task = Task(cell, space, mode, score, Clock(seconds), room=room, leads=leads)
     solution = cleared(task, path, obstacles, report_share, run)
     if errors is not None and solution.method == "planned":
         solution = _for_accuracy(

@@ -16,10 +16,12 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.plan_report import PlanReport
 from camrob.se3 import inverse, rotation_log
 
-__all__ = ["Lead", "Revision", "Solution"]
+__all__ = ["ALL_TOUCH", "Lead", "Revision", "Solution"]
 
 Array = NDArray[np.float64]
 
+ALL_TOUCH = "all-postures-touch"
+"""The code of the finding that at a point every posture that was looked at touches something; `count` of them."""
 _CHUNK = 16_384  # postures that are worked on at once: bounds the memory
 
 

@@ -15,10 +15,12 @@ from camrob.jobs.solving.resolved_job import BEGUN, ELSEWHERE, METHODS, PUBLISHE
 from camrob.jobs.solving.sought import Sought
 from camrob.jobs.solving.watch import Watch
 from camrob.redundancy.clock import Clock
+from camrob.redundancy.solution import ALL_TOUCH
 
 __all__ = ["first_free"]
 
 _ROUNDS, _FURTHER = 4, 1.5  # of solving again; times what an axis passed its limit by
+_TOUCH = "touch something"
 _ACCURATE_WAYS = 2  # of a plan for accuracy, before those by conditioning are tried: the knee, and still axes
 
 
@@ -35,7 +37,8 @@ def first_free(order: Order, inputs: JobInputs, folder: Path, watch: Watch) -> M
     clock = Clock(order.asked.seconds)
     for sought, way in ways:
         late = first is not None and clock.up and way not in BEGUN  # each of the others begins with a plan of its own
-        if late or (way == ELSEWHERE and not isinstance(first, CollisionError)):
+        doomed = first is not None and _TOUCH in first.reasons and way != PUBLISHED  # the others have no other postures
+        if late or doomed or (way == ELSEWHERE and not isinstance(first, CollisionError)):
             continue
         try:
             made = _fit_within_limits(order, inputs, sought, way, folder, watch, clock)
@@ -97,6 +100,9 @@ def _fit_within_limits(
             further[error.axis] = further.get(error.axis, 0.0) + _FURTHER * over
             stopped = error
             continue
+        except CollisionError as error:
+            error.reasons.update((_TOUCH, f.count) for f in resolved.solution.findings if f.code == ALL_TOUCH)
+            raise
         for axis in further:
             text = f"{axis} was kept further from its limit, which it passed between points that keep it"
             made.findings.append(Finding("kept-from-limit", text, Severity.INFO, axis=axis))

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camrob.bodies.room import Room, rooms
+from camrob.cell.cell import Cell
 from camrob.checks.collision_report import CollisionReport
 from camrob.checks.collisions import check_collisions
+from camrob.checks.rooms import job_room
 from camrob.jobs.files.inputs import JobInputs
 from camrob.kinematics.frames import base_T_tool
 from camrob.redundancy.clear_air import ClearAir
@@ -18,7 +22,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.solution import Lead, Revision, Solution
 from camrob.redundancy.stretches import change_values, home_values
 
-__all__ = ["collisions_at", "free_routes", "job_collisions", "job_obstacles"]
+__all__ = ["collisions_at", "free_routes", "job_collisions", "job_leads", "job_obstacles"]
 
 Array = NDArray[np.float64]
 
@@ -93,25 +97,59 @@ def _clear_air(inputs: JobInputs, path: ToolPathInBase) -> ClearAir:
     return ClearAir.of(path, corners)
 
 
+def job_leads(inputs: JobInputs) -> Callable[[Array, bool, float], Array]:
+    """`leads` for `resolve_planned`: the room on the roomiest of the routes that `free_routes` has to choose from, posture by
+    posture and with the tool held to the part.
+    """
+
+    @cache  # few plans ask
+    def ground() -> tuple[Room | None, ClearAir]:
+        return job_room(inputs.cell, **inputs.bodies, tool=inputs.tool, touch=0.0), _clear_air(inputs, inputs.path)
+
+    def roomiest(q: Array, last: bool, wanted: float) -> Array:
+        room, air = ground()
+        out = np.full(len(q), wanted if room is None else 0.0)
+        for k, one in enumerate(q):
+            ends = np.stack([one, _goal(inputs, one)] if last else [inputs.cell.q_home, one])
+            for vias in _routes(inputs.cell, air, ends):
+                if room is None or out[k] >= wanted:
+                    break
+                out[k] = max(out[k], float(rooms(room, _along(ends, vias), wanted).min()))
+        return out
+
+    return roomiest
+
+
 def _lead_ends(inputs: JobInputs, solution: Solution) -> tuple[Array, Array]:
     """Where the ways to and from a stretch begin and end (2, n): HOME, or where tools are changed."""
-    cell, q = inputs.cell, np.asarray(solution.q)
-    last = cell.to_axis_values(q[-1])
-    goal = cell.to_q(change_values(cell, last) if inputs.to_change else home_values(cell, last))
-    return np.stack([cell.q_home, q[0]]), np.stack([q[-1], goal])
+    q = np.asarray(solution.q)
+    return np.stack([inputs.cell.q_home, q[0]]), np.stack([q[-1], _goal(inputs, q[-1])])
 
 
-def _free_vias(inputs: JobInputs, path: ToolPathInBase, air: ClearAir, ends: Array, point: int) -> Array:
-    """Postures (K, n) by which PTP gets from one of `ends` (2, n) to the other and touches nothing; none for straight."""
-    cell, none, shoulder = inputs.cell, ends[:0], inputs.cell.arm_slice.start + 1
+def _goal(inputs: JobInputs, q: Array) -> Array:
+    """Where the way from a stretch's last posture (n,) ends (n,): HOME, or where tools are changed."""
+    cell, last = inputs.cell, inputs.cell.to_axis_values(q)
+    return np.asarray(cell.to_q(change_values(cell, last) if inputs.to_change else home_values(cell, last)))
+
+
+def _routes(cell: Cell, air: ClearAir, ends: Array) -> Iterator[Array]:
+    """Postures (K, n), clear of the part, by which PTP may go from one of `ends` (2, n) to the other; none for straight."""
+    shoulder = cell.arm_slice.start + 1
     middle, folded, raised = 0.5 * (ends[:1] + ends[1:]), ends.copy(), ends.copy()
     middle[:, cell.arm_slice] = folded[:, cell.arm_slice] = cell.q_home[cell.arm_slice]
     raised[:, shoulder] = cell.q_home[shoulder]
-    for vias in (none, middle, folded, np.stack([raised[0], *folded, raised[1]])):
+    for vias in (ends[:0], middle, folded, np.stack([raised[0], *folded, raised[1]])):
         vias = vias[np.abs(vias[:, None] - ends).max(axis=2, initial=0.0).min(axis=1, initial=np.inf) > 0.0]
-        if air.holds(base_T_tool(cell, vias)).all() and not _blocked(inputs, path, _along(ends, vias), point):
-            return np.asarray(vias)
-    return none
+        if air.holds(base_T_tool(cell, vias)).all():
+            yield np.asarray(vias)
+
+
+def _free_vias(inputs: JobInputs, path: ToolPathInBase, air: ClearAir, ends: Array, point: int) -> Array:
+    """The first of `_routes` that touches nothing; none where all do."""
+    for vias in _routes(inputs.cell, air, ends):
+        if not _blocked(inputs, path, _along(ends, vias), point):
+            return vias
+    return ends[:0]
 
 
 def _blocked(inputs: JobInputs, path: ToolPathInBase, rows: Array, at: int) -> bool:

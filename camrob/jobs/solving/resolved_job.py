@@ -17,7 +17,7 @@ from camrob.jobs.files.inputs import JobInputs
 from camrob.jobs.files.kept_apart import kept_apart
 from camrob.jobs.release.release import named_region
 from camrob.jobs.solving.device import batch_score
-from camrob.jobs.solving.plan_obstacles import free_routes, job_obstacles
+from camrob.jobs.solving.plan_obstacles import free_routes, job_leads, job_obstacles
 from camrob.jobs.solving.sought import Sought
 from camrob.progress import Share
 from camrob.redundancy.path import ToolPathInBase
@@ -166,6 +166,7 @@ def _solved(
         inputs.path,
         obstacles=job_obstacles(inputs),
         room=job_room(inputs.cell, **inputs.bodies, tool=inputs.tool),
+        leads=job_leads(inputs),
         score=score,
         errors=errors,
         run=job_run(inputs.cell, inputs.rapid_speed),

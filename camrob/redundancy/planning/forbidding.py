@@ -6,13 +6,14 @@ out of the search there; farther ones, and what is refined, pay BLOCKED_PRICE.
 
 And candidates that touch something where they stand, which the search finds out for itself: of the way that it has found it asks
 how much room there is, where there is none of all candidates of the layers about, and goes on; so what is nowhere near costs
-nothing.
+nothing. In the first and the last layer the way from HOME or back to it counts, too: PTP makes it, with the whole turns that a
+posture has.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +21,36 @@ from numpy.typing import NDArray
 from camrob.redundancy.planning.layers import Nodes
 from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, Objective, posture_features
 
-__all__ = ["FEATURES", "LOOKS", "WANTED", "RoomOf", "forbidden", "forbidden_price", "marks", "narrow", "room_price"]
+__all__ = [
+    "FEATURES",
+    "LOOKS",
+    "WANTED",
+    "Leads",
+    "RoomOf",
+    "forbidden",
+    "forbidden_price",
+    "marks",
+    "narrow",
+    "room_price",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-RoomOf: TypeAlias = Callable[[Array, Array], Array]
-"""The room (M,), m, that the bodies have with freedoms u (M, F) and the arm in q (M, 6), as far as it is below WANTED."""
+Leads: TypeAlias = Callable[[Array, bool, float], Array]
+"""leads(q, last, wanted): the room (K,), m, as far as it is below `wanted`, on the roomiest way by PTP from HOME to postures
+(K, n) of a path's first point, or (last) from those of its last one to where it goes on.
+"""
+
+
+class RoomOf(NamedTuple):
+    """at(u, q): the room (M,), m, that the bodies have with freedoms u (M, F) and the arm in q (M, 6), as far as it is below
+    WANTED; led(u, q, last): on the way to such postures of the first layer, or from those of the last one.
+    """
+
+    at: Callable[[Array, Array], Array]
+    led: Callable[[Array, Array, bool], Array]
+
 
 WANTED = 0.01
 """m: less room than that has its price, and less than a tenth of it is none."""
@@ -94,7 +118,11 @@ def _look(nodes: Nodes, some: Ints, room_of: RoomOf) -> None:
         return
     turned = np.concatenate([nodes.u[some], np.cos(nodes.q[some]), np.sin(nodes.q[some])], axis=1)
     _rows, first, alike = np.unique(np.round(turned, 9), axis=0, return_index=True, return_inverse=True)
-    nodes.room[some] = room_of(nodes.u[some[first]], nodes.q[some[first]])[alike.ravel()]
+    nodes.room[some] = room_of.at(nodes.u[some[first]], nodes.q[some[first]])[alike.ravel()]
+    ends = ((some[some < nodes.offset[1]], False), (some[some >= nodes.offset[-2]], True))
+    for end, last in ends:
+        end = end[nodes.room[end] > 0.0]
+        nodes.room[end] = np.minimum(nodes.room[end], room_of.led(nodes.u[end], nodes.q[end], last))
 
 
 def marks(wrist_zero: float, q: Array, s: Array, pad: float) -> Array:

@@ -26,9 +26,15 @@ from camrob.redundancy.planning.forbidding import FEATURES, marks
 from camrob.redundancy.planning.objective import Objective, plan_weights
 from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.planning.waypoints import waypoints
+from camrob.redundancy.replanning.all_touch import all_touch
 from camrob.redundancy.replanning.bettered import Run, RunFigures, cheaper_plans, loses_nothing, whole_price
 from camrob.redundancy.replanning.hurried import held_to_published, out_of_time, published
-from camrob.redundancy.replanning.idle_retracts import INSERTED, Obstacles, retract_tops, without_idle_retracts
+from camrob.redundancy.replanning.idle_retracts import (
+    Obstacles,
+    retracted_for_nothing,
+    told_retracts,
+    without_idle_retracts,
+)
 from camrob.redundancy.replanning.one_plan import (
     COARSE,
     Plan,
@@ -55,8 +61,9 @@ _CUTS = 3  # plans that are made anew because a retract was put in
 @dataclass(frozen=True, slots=True)
 class _Found:
     """What came of a plan of a path: its solution (None where it could not be followed, and why), and what is to be forbidden,
-    postures (K, 6) of the arm at points (K,) of the path. count: points that touch. low: points at which it goes from one posture
-    to another by axis values, the tool swung any way, with the tool not clear of the part.
+    postures (K, 6) of the arm at points (K,) of the path. hit: points that touch, count: how many there are, or 1 where it could
+    not be followed. low: points at which it goes from one posture to another by axis values, the tool swung any way, with the
+    tool not clear of the part.
     """
 
     path: ToolPathInBase
@@ -66,6 +73,7 @@ class _Found:
     point: NDArray[np.int64]
     count: int
     low: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    hit: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @property
     def fit(self) -> bool:
@@ -102,13 +110,19 @@ def cleared(
 def _cleared(
     task: Task, given: ToolPathInBase, obstacles: Obstacles | None, report_share: Share, run: Run | None
 ) -> Solution:
-    freely = replace(task, room=None)
-    path, plan = _with_cuts(freely, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
+    path, plan = _with_cuts(task, given, given, _objective(task), report_share, np.zeros((0, FEATURES + 2)))
     if plan is None:
         return published(task.cell, given, "no candidate postures lead through the whole path", report_share)
-    mended = _mended(freely, given, path, plan, obstacles, report_share, _ROUNDS)
+    mended = _mended(task, given, path, plan, obstacles, report_share, _ROUNDS)
+    if mended.hopeless is not None and mended.found.solution is not None:
+        touching = mended.found.solution
+        return replace(touching, findings=(*touching.findings, mended.hopeless), path=None if path is given else path)
     if mended.solution is None and mended.found.count and task.room is not None and not task.clock.up:
-        path, plan, mended = _led_round(task, given, obstacles, report_share) or (path, plan, mended)
+        path, plan, mended = _led_round(replace(task, asks=True), given, obstacles, report_share) or (
+            path,
+            plan,
+            mended,
+        )
     timed = task.clock.seconds is not None and task.mode == "knee"
     if mended.solution is None and task.clock.up:
         return out_of_time(task, given, mended.found.trouble, report_share)
@@ -158,6 +172,9 @@ def _mended(
             return _Mended(plan, found, found.solution, again, whole, tuple(lines), count, forbidden)
         if again == rounds or task.clock.up or not len(found.point) + len(found.low):
             break
+        hopeless = all_touch(task, plan, path, found.hit) if again == 0 else None
+        if hopeless is not None:
+            return _Mended(plan, found, None, again, whole, (), found.count, forbidden, hopeless)
         lines += [int(v) for v in path.line[np.append(found.point, found.low)]]
         count += found.count + len(found.low)
         forbidden = np.concatenate([forbidden, _marks(given, path, objective, found)])
@@ -215,7 +232,7 @@ def _cheapest(
         if not loses_nothing(run(path, plan_solution(task, path, plan, followed)), as_it_is):
             continue
         new = _mended(task, given, path, plan, obstacles, report_share, _BETTER_ROUNDS)
-        if new.solution is None or new.whole or _retracted_for_nothing(path, new.solution):
+        if new.solution is None or new.whole or retracted_for_nothing(path, new.solution):
             continue
         cheaper = whole_price(new.plan, new.plan.taken) < whole_price(knee.plan, knee.plan.taken)
         if cheaper and (not new.again or loses_nothing(run(path, new.solution), as_it_is)):
@@ -227,7 +244,7 @@ def _cheapest(
 class _Mended:
     """A plan made anew until it is fit: its solution, None where that took more rounds than there are; what was last found; how
     often it was made anew (again), and as a whole; the CL lines and the count of points for which that was; and what is
-    forbidden, rows (K, 9) by places of the given path.
+    forbidden, rows (K, 9) by places of the given path. hopeless: that no posture has room at a point, so that nothing was tried.
     """
 
     plan: Plan
@@ -238,6 +255,7 @@ class _Mended:
     lines: tuple[int, ...]
     count: int
     forbidden: Array
+    hopeless: Finding | None = None
 
     def told(self, plan: Plan, missed: int) -> _Mended:
         """The same, known to be the point that is taken of a plan's curve; missed: what there was no time for."""
@@ -289,7 +307,7 @@ def _looked_at(task: Task, path: ToolPathInBase, plan: Plan, obstacles: Obstacle
     hit = hit[~np.isin(hit, low)]  # what is touched on the way of one that has to go is no reason to forbid its ends
     points = np.unique(np.concatenate([hit, np.maximum(hit - 1, 0)]))
     q = np.asarray(solution.q)[points][:, task.cell.arm_slice]
-    return _Found(path, solution, None, q, points, len(hit), low)
+    return _Found(path, solution, None, q, points, len(hit), low, hit)
 
 
 def _marks(given: ToolPathInBase, path: ToolPathInBase, objective: Objective, found: _Found) -> Array:
@@ -336,7 +354,7 @@ def _reported(
         text = f"the plan {what} at {count} points{where}: made anew {how}"
         findings.append(Finding("plan-mended", text, Severity.INFO, line=named[0] if named else 0, count=rounds))
     if path is not given:
-        findings += _retracts(path, solution)
+        findings += told_retracts(path, solution)
     plan = None if solution.plan is None else replace(solution.plan, mended=rounds)
     return replace(solution, plan=plan, findings=tuple(findings), path=None if path is given else path)
 
@@ -372,25 +390,3 @@ def _another(
             why = f"the follower could not follow the plan, nor {_ROUNDS} more made anew where it failed ({why})"
         return published(task.cell, given, why, report_share)
     return _reported(given, found, found.solution)
-
-
-def _retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
-    """A finding for each retract that was put in, with its reason."""
-    why = {r.point: r.reason for r in solution.revisions if r.kept}
-    return [
-        Finding(
-            INSERTED,
-            "the path can't be followed in one posture: the tool is retracted here, the arm re-postured, and cutting goes on"
-            + (f"; {why[int(k)]}" if int(k) in why else ""),
-            Severity.WARNING,
-            line=int(path.line[k]),
-            region=int(path.region[k]),
-            point=int(k),
-        )
-        for k in retract_tops(path)
-    ]
-
-
-def _retracted_for_nothing(path: ToolPathInBase, solution: Solution) -> bool:
-    """Whether a path has retracts that a solution doesn't need."""
-    return bool(np.any(~np.isin(retract_tops(path), [r.point for r in solution.revisions if r.kept])))

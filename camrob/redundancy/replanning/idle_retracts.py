@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.findings import Finding, Severity
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.retracts import with_retracts
 from camrob.redundancy.solution import Solution
 from camrob.units import deg_to_rad
 
-__all__ = ["INSERTED", "Obstacles", "retract_tops", "without_idle_retracts"]
+__all__ = ["Obstacles", "retract_tops", "retracted_for_nothing", "told_retracts", "without_idle_retracts"]
 
 Obstacles: TypeAlias = Callable[[ToolPathInBase, Solution], NDArray[np.bool_]]
 
@@ -33,6 +34,28 @@ _STILL = 1e-3  # m or rad, likewise of an external axis
 def retract_tops(path: ToolPathInBase) -> NDArray[np.int64]:
     """The points above of the retracts that were put into a path."""
     return np.flatnonzero((path.source < 0) & (path.region >= 0) & path.safe)
+
+
+def told_retracts(path: ToolPathInBase, solution: Solution) -> list[Finding]:
+    """A finding for each retract that was put in, with its reason."""
+    why = {r.point: r.reason for r in solution.revisions if r.kept}
+    return [
+        Finding(
+            INSERTED,
+            "the path can't be followed in one posture: the tool is retracted here, the arm re-postured, and cutting goes on"
+            + (f"; {why[int(k)]}" if int(k) in why else ""),
+            Severity.WARNING,
+            line=int(path.line[k]),
+            region=int(path.region[k]),
+            point=int(k),
+        )
+        for k in retract_tops(path)
+    ]
+
+
+def retracted_for_nothing(path: ToolPathInBase, solution: Solution) -> bool:
+    """Whether a path has retracts that a solution doesn't need."""
+    return bool(np.any(~np.isin(retract_tops(path), [r.point for r in solution.revisions if r.kept])))
 
 
 def without_idle_retracts(

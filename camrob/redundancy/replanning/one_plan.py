@@ -27,7 +27,7 @@ from camrob.redundancy.planning.course import RETRACT_NEEDED, RETRACT_PRICE, Dra
 from camrob.redundancy.planning.curve import SEARCH_FLOWING, STILL, Landscape, landscape, plan_curve
 from camrob.redundancy.planning.followed import Followed, follow_plan
 from camrob.redundancy.planning.for_accuracy import pushed, weighed
-from camrob.redundancy.planning.forbidding import WANTED, RoomOf
+from camrob.redundancy.planning.forbidding import WANTED, Leads, RoomOf
 from camrob.redundancy.planning.freedoms import PlanSpace
 from camrob.redundancy.planning.objective import Objective, PlanWeights, plan_weights
 from camrob.redundancy.planning.scan_batched import Score
@@ -59,7 +59,8 @@ class _Ground(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Task:
     """What all plans of a job share; errors: of the machine, where the plan looks at the part's error; clock: until when a plan
-    is bettered; room: the bodies that may not touch. `grounds`: what has been found out about the paths so far, by their digests.
+    is bettered; room: the bodies that may not touch; leads: what they have on the ways from and to HOME. asks: whether the search
+    asks for the room of its candidates. `grounds`: what has been found out about the paths so far, by their digests.
     """
 
     cell: Cell
@@ -69,21 +70,29 @@ class Task:
     clock: Clock
     errors: PostureErrors | None = None
     room: Room | None = None
+    leads: Leads | None = None
+    asks: bool = False
     grounds: dict[str, _Ground] = field(default_factory=dict)
 
     @property
     def room_of(self) -> RoomOf | None:
         """What a search asks for the room of candidates."""
-        room, cell, free = self.room, self.cell, self.space.free
+        room, leads, cell, free = self.room, self.leads, self.cell, self.space.free
         if room is None:
             return None
 
-        def of(u: Array, q: Array) -> Array:
-            whole = np.empty((len(u), len(cell)))
-            whole[:, free], whole[:, cell.arm_slice] = u, q
-            return np.asarray(rooms(room, whole, WANTED))
+        def whole(u: Array, q: Array) -> Array:
+            out = np.empty((len(u), len(cell)))
+            out[:, free], out[:, cell.arm_slice] = u, q
+            return out
 
-        return of
+        def at(u: Array, q: Array) -> Array:
+            return np.asarray(rooms(room, whole(u, q), WANTED))
+
+        def led(u: Array, q: Array, last: bool) -> Array:
+            return np.full(len(u), WANTED) if leads is None else leads(whole(u, q), last, WANTED)
+
+        return RoomOf(at, led)
 
     @property
     def at_least(self) -> Task:
@@ -132,7 +141,7 @@ def make_plan(task: Task, path: ToolPathInBase, objective: Objective, report_sha
         coarse_index(w, COARSE),
         still=mode != "flowing",
         flow=mode != "still",
-        room_of=task.room_of,
+        room_of=task.room_of if task.asks else None,
     )
     still, flowing = drafts = _ends(land, RETRACT_NEEDED if len(objective.blocked) else RETRACT_PRICE)
     report_share(0.4)

@@ -17,7 +17,7 @@ from camrob.checks.collisions import check_collisions
 from camrob.checks.rooms import job_room
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.course import coarse_index, search
-from camrob.redundancy.planning.forbidding import WANTED, room_price
+from camrob.redundancy.planning.forbidding import WANTED, RoomOf, room_price
 from camrob.redundancy.planning.freedoms import plan_space
 from camrob.redundancy.planning.layers import Nodes, candidate_nodes
 from camrob.redundancy.planning.objective import Objective, plan_weights
@@ -44,6 +44,11 @@ def lattice() -> tuple[Waypoints, Nodes]:
     return at, candidate_nodes(SPACE, OBJECTIVE, at.base_T_tip, seeds)
 
 
+def freely_led(u: np.ndarray, q: np.ndarray, last: bool) -> np.ndarray:
+    """Ways from and to HOME that nothing stands in."""
+    return np.full(len(u), WANTED)
+
+
 def wall(u: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Room that is lost as the second and the fourth axis turn one way: some postures of each layer touch, some nearly."""
     return np.clip(0.02 * (np.sin(3.0 * q[:, 3]) + np.cos(4.0 * u[:, 2]) + np.sin(5.0 * q[:, 1])), 0.0, WANTED)
@@ -58,7 +63,7 @@ def test_the_way_is_the_cheapest_of_all_that_touch_nothing_and_few_are_asked() -
         return wall(u, q)
 
     free = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1)
-    lazy = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1, room_of=room_of)
+    lazy = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1, room_of=RoomOf(room_of, freely_led))
     whole = nodes._replace(room=wall(nodes.u, nodes.q))
     weeded = whole._replace(price=whole.price + room_price(whole))
     best = search(SPACE, OBJECTIVE, at, weeded, still=False, travel=0.1)
@@ -77,7 +82,7 @@ def test_nothing_is_asked_of_what_the_way_has_nothing_to_do_with() -> None:
         return np.full(len(u), WANTED)
 
     free = search(SPACE, OBJECTIVE, at, nodes, still=True, travel=1.0)
-    way = search(SPACE, OBJECTIVE, at, nodes, still=True, travel=1.0, room_of=room_of)
+    way = search(SPACE, OBJECTIVE, at, nodes, still=True, travel=1.0, room_of=RoomOf(room_of, freely_led))
     assert np.array_equal(way.arrive, free.arrive) and way.price == free.price
     assert sum(asked) <= 2 * len(at)
 
@@ -89,9 +94,26 @@ def test_a_layer_in_which_all_touch_is_gone_through_so_that_the_plan_tells_of_it
     def room_of(u: np.ndarray, q: np.ndarray) -> np.ndarray:
         return np.array([0.0 if row.tobytes() in fifth else WANTED for row in q])
 
-    way = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1, room_of=room_of)
+    way = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1, room_of=RoomOf(room_of, freely_led))
     free = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1)
     assert way.reached == len(at) and np.array_equal(way.arrive, free.arrive)
+
+
+def test_a_plan_begins_and_ends_in_postures_that_have_a_free_way_from_home_and_back() -> None:
+    at, nodes = lattice()
+    free = search(SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1)
+    begin, end = nodes.q[free.leave[0]], nodes.q[free.arrive[-1]]
+
+    def led(u: np.ndarray, q: np.ndarray, last: bool) -> np.ndarray:
+        """Blocked within 0.3 rad of where the search would begin and end by itself, the turns of A6 told apart."""
+        far = np.abs(q - (end if last else begin)).max(axis=1)
+        return np.where(far < 0.3, 0.0, WANTED)
+
+    way = search(
+        SPACE, OBJECTIVE, at, nodes, still=False, travel=0.1, room_of=RoomOf(lambda u, q: freely_led(u, q, True), led)
+    )
+    assert way.reached == len(at) and way.price >= free.price
+    assert np.abs(nodes.q[way.leave[0]] - begin).max() >= 0.3 and np.abs(nodes.q[way.arrive[-1]] - end).max() >= 0.3
 
 
 @pytest.fixture
