@@ -13,6 +13,7 @@ from rich.console import Console
 from test_planned import CELL, OBJECTIVE, ROOT, raster
 
 from camrob import post
+from camrob.checks.rooms import job_room
 from camrob.errors import InputError, LimitError, VerificationError
 from camrob.findings import Severity
 from camrob.redundancy.clock import Clock
@@ -24,7 +25,7 @@ from camrob.redundancy.planning.objective import BLOCKED_PRICE, BLOCKED_REACH, p
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.redundancy.published.virtual_joint import PathFollower, resolve_vjm
 from camrob.redundancy.replanning import clearing, hurried
-from camrob.redundancy.solution import Solution
+from camrob.redundancy.solution import ALL_TOUCH, Solution
 from camrob.report.terminal.summaries import render_post
 
 ARM = CELL.arm_slice
@@ -79,6 +80,21 @@ def test_what_can_not_be_gone_round_is_handed_over_as_it_is(free: tuple[ToolPath
     solution = resolve_planned(CELL, path, mode="still", obstacles=obstacle)
     assert solution.method == "planned" and obstacle(path, solution).any()
     assert obstacle.asked <= clearing._ROUNDS + 3
+
+
+def test_where_every_posture_touches_nothing_is_made_anew_and_it_is_said(free: tuple[ToolPathInBase, Solution]) -> None:
+    """A plate of 6 m just above the tips, which no arm gets through, and the same far beneath the floor."""
+    path, plain = free
+    height = float(np.asarray(path.base_T_tip)[:, 2, 3].max())
+    plate = np.array([[[-3, -3, 0], [3, -3, 0], [3, 3, 0]], [[-3, -3, 0], [3, 3, 0], [-3, 3, 0]]], float)
+    asked, said = [], []
+    for z in (height + 0.15, -9.0):
+        obstacle, room = Planted(plain, always=True), job_room(CELL, stock_mesh=plate + np.array([0.0, 0.0, z]))
+        solution = resolve_planned(CELL, path, mode="still", obstacles=obstacle, room=room)
+        asked.append(obstacle.asked)
+        said.append([f.count for f in solution.findings if f.code == ALL_TOUCH])
+    assert asked[0] == 1 < asked[1]
+    assert not said[1] and len(said[0]) == 1 and said[0][0] > 50
 
 
 def test_a_plan_that_can_not_be_followed_is_made_anew_there(
