@@ -50,6 +50,8 @@ from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
 from camrob.gap.pose_sets import fitted_scenes, frozen_frames, relaid_scenes, with_whole_postures, withheld_scene
 from camrob.gap.rival_account import judge_accounts
+from camrob.gap.states.changed_machine import shown_in, with_change
+from camrob.gap.states.told import told
 from camrob.gap.stood_elsewhere import moved_between, own_frame, stood_elsewhere
 from camrob.gap.tool_stretches import tool_stretches
 from camrob.gap.verdict.instrument_suspect import instrument_suspect
@@ -117,22 +119,22 @@ def diagnose(
     alignment = align([s for s in scenes if s.tracked]).later(clock.delays)
     tell("comparing effects", 0.2)
     in_world = all(f"{a}.x" not in s.places for s in scenes for a in _tables(cell))
-    compared = [e for e in effects if not (in_world and e.hidden_in_world)]
+    hidden = [e for e in effects if in_world and e.hidden_in_world]
+    compared = [e for e in effects if e not in hidden]
     first = model = compare(scenes, compared)
-    own = _own_frames(model, taken, tooled, compared)
-    if own is not None:
+    if (own := _own_frames(model, taken, tooled, compared)) is not None:
         first, model, scenes = own, own, own.scenes
         kept_out = [withheld_scene(own_frame(log), c, scenes) for log, c in zip(apart, kept, strict=True)]
+    model, compared = with_change(model, compared)
     if relaid := relaid_scenes(model):
         scenes, model = relaid, compare(relaid, compared)
-    model = with_whole_postures(model)
+    model, effects = with_whole_postures(model), (*compared, *hidden)
     tell("withholding", 0.7)
-    trial = frozen_frames(model, trial_of(model, kept_out))
+    trial = frozen_frames(model, trial_of(model, kept_out if shown_in(kept_out, effects) else ()))
     verdict, trial = judge_accounts(model, trial, kept_out, effects, in_world=in_world)
     model = verdict.model
     tell("locating", 0.85)
-    rounding = any("program_to_setpoint" in e.stages for e in effects)
-    corners = judge_corners(tracks, model.noise, known=rounding, tolerance=tolerance_of(scenes))
+    corners = judge_corners(tracks, model.noise, known=_rounding_known(effects), tolerance=tolerance_of(scenes))
     planned = next_run(model, verdict, effects)
     # the gap is what frames that fit best leave, whatever explains it
     shown = first if relaid else model
@@ -142,7 +144,7 @@ def diagnose(
         cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late, moved=own is not None
     )
     said = replace(said, axes_report=with_friction(said.axes_report, [*scenes, *kept_out]))
-    summary = with_local_poses(with_corners(said, corners), scenes)
+    summary = told(with_local_poses(with_corners(said, corners), scenes))
     tell("done", 1.0)
     return Diagnosis(
         summary,
@@ -151,6 +153,11 @@ def diagnose(
         motions=planned.motions,
         calibration=verdict.handed.calibration,
     )
+
+
+def _rounding_known(effects: Sequence[Effect]) -> bool:
+    """Whether any effect works between program and set-point."""
+    return any("program_to_setpoint" in e.stages for e in effects)
 
 
 def _own_frames(

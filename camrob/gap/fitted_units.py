@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from camrob.errors import InputError
 from camrob.gap.effects.effect import Effect, EffectParameter, State, Unit
 from camrob.gap.evidence.model import Model
+from camrob.gap.states.later_effect import base_name
 from camrob.gap.unexplained import UnexplainedField, unexplained_field
 from camrob.summaries.fitted.diagnosis_fitted import FittedModel, FittedUnit, UnitParameter
 
@@ -39,8 +40,9 @@ class FittedUnits:
 
 
 def fitted_model(model: Model, members: frozenset[int]) -> FittedModel:
-    """The part of the JSON object: the claimed units of the best set."""
-    own = sorted(members)
+    """The part of the JSON object: the claimed units of the best set, as the machine is when the last log ends."""
+    came = {e.name: e.since for e in model.effects}
+    own = sorted(i for i in members if (change := came.get(model.units[i].effect)) is None or change.now)
     columns = np.flatnonzero(np.isin(model.design.owner, own))
     units = []
     for i in own:
@@ -52,10 +54,16 @@ def fitted_model(model: Model, members: frozenset[int]) -> FittedModel:
         )
         state = {k: float(v) for k, v in model.states[unit.effect].items()}
         units.append(
-            FittedUnit(effect=unit.effect, axis=unit.axis, key=unit.key, parameters=tuple(fitted_values), state=state)
+            FittedUnit(
+                effect=base_name(unit.effect),
+                axis=unit.axis,
+                key=unit.key,
+                parameters=tuple(fitted_values),
+                state=state,
+            )
         )
     cov = _covariance(model, columns)
-    field = unexplained_field(model, members)
+    field = unexplained_field(model, frozenset(own))
     return FittedModel(
         units=tuple(units),
         covariance=tuple(tuple(map(float, row)) for row in cov),

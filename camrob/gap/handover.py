@@ -15,6 +15,7 @@ from camrob.calibration.terms import parameter_of
 from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.shrink import Shrinkage, Trial, shrinkage
 from camrob.gap.fitted_units import fitted_model
+from camrob.gap.states.later_effect import base_name
 from camrob.summaries.diagnosis_summary import Compensable
 from camrob.units import m_to_mm
 
@@ -51,7 +52,7 @@ def hand_over(model: Model, trial: Trial, claimed: Sequence[str], members: Set) 
     shrunk = shrinkage(model, trial, model.best.members, handed)
     left = _left(model, members - handed)
     said = Compensable(
-        effects=tuple(n for n in claimed if any(model.units[i].effect == n for i in handed)),
+        effects=tuple(dict.fromkeys(base_name(n) for n in claimed if any(model.units[i].effect == n for i in handed))),
         left=tuple(left),
         rms_before_mm=m_to_mm(shrunk.rms_before),
         rms_after_mm=m_to_mm(shrunk.rms_after),

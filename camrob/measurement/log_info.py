@@ -42,7 +42,8 @@ class LogInfo:
     (m): that of encoders against set-points. tolerance: m at the tool that nobody cares about. payload: kg. feed: m/s.
     program: name of the program file beside the log. poses: rows are single poses at rest, not a path. same_poses_as: the
     log of another target on the same postures; same_frame_as, same_target_as: the log whose instrument stood where this
-    one's stood, and whose reflector sat where this one's sat. along: unit vector of what a distance d counts along;
+    one's stood, and whose reflector sat where this one's sat. state: of the machine, in any words: logs that name one alike are
+    of one. along: unit vector of what a distance d counts along;
     distance_from: m, the place that it is from; distance_from_unknown, distance_zero_unknown: that, and by how much it is short,
     are to be fitted.
     """
@@ -63,6 +64,7 @@ class LogInfo:
     same_poses_as: str = ""
     same_frame_as: str = ""
     same_target_as: str = ""
+    state: str = ""
     along: tuple[float, float, float] | None = None
     distance_from: tuple[float, float, float] | None = None
     distance_from_unknown: bool = False
@@ -78,7 +80,7 @@ _NUMBERS: dict[str, tuple[str, Callable[[float], float], Callable[[float], float
     "payload_kg": ("payload", float, float),
     "feed_mm_min": ("feed", mm_min_to_m_s, m_s_to_mm_min),
 }
-_TEXTS = ("program", "instrument", "note", "same_poses_as", "same_frame_as", "same_target_as")
+_TEXTS = ("program", "instrument", "note", "same_poses_as", "same_frame_as", "same_target_as", "state")
 _CHOICES: dict[str, type[StrEnum]] = {"measured_frame": MeasuredFrame, "target": Target}
 _FARTHEST = 1e6  # mm
 _TABLE = "table"  # of a log that another recorder wrote: `camrob.measurement.table_facts`

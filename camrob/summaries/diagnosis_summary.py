@@ -10,6 +10,7 @@ from camrob.summaries.base import OpenSummary, Summary, keyed, left_out, spread
 from camrob.summaries.diagnosis_places import AddedLoad, AxisReport, Places, StageWithin, Standard
 from camrob.summaries.fitted.diagnosis_fitted import FittedModel
 from camrob.summaries.fitted.instrument_figures import InstrumentSuspect
+from camrob.summaries.fitted.since import Since
 
 __all__ = [
     "CLEAR_SIGMAS",
@@ -108,6 +109,7 @@ class EffectFound(OpenSummary):
     that would show it alone. of_machine: whether the tool itself is elsewhere, and not only the reading of it. physics: what it
     is, in a sentence. Files of before 2026-11-26 lack these four. axis_moves_mm: how far each of its axes moves the tool by its
     own values, rms; stands_out: of these the one that does far more than the others, or those that differ from what all share.
+    since: what is at work since a change alone, beside what always was; None for what always was.
     """
 
     effect: str
@@ -141,6 +143,12 @@ class EffectFound(OpenSummary):
     physics: str = ""
     axis_moves_mm: Mapping[str, float] | None = left_out()
     stands_out: tuple[str, ...] = left_out(())
+    since: Since | None = left_out()
+
+    @property
+    def called(self) -> str:
+        """Its name, with when it came where it was not always there."""
+        return self.effect if self.since is None else f"{self.effect} {self.since.words}"
 
     @property
     def claimed(self) -> bool:
@@ -328,6 +336,7 @@ class DiagnosisSummary(OpenSummary):
     or "tolerance", or "beyond"; within_values: by which values. aliases: effects that these logs can't tell apart.
     axes_report: axes of which both ends are logged. added_load: None where no drive shows it. experiment: None where there is
     nothing to tell apart. next_experiment_for: the effects that the next experiment would tell from others, or "unknown".
+    changed: what became another between the logs or within one, in a sentence or two, "" for nothing.
     """
 
     cell: str
@@ -353,6 +362,7 @@ class DiagnosisSummary(OpenSummary):
     compensable: Compensable
     experiment: ExperimentFigures | None = left_out()
     standards: tuple[Standard, ...]
+    changed: str = left_out("")
 
     @property
     def claimed(self) -> tuple[EffectFound, ...]:

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.observation.scene import Scene
+from camrob.gap.states.change import Change
+from camrob.summaries.fitted.since import Since
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "no_stand_in",
     "no_terms",
     "none_likewise",
+    "not_since",
     "not_wider",
 ]
 
@@ -86,6 +89,7 @@ Seen = Callable[[Sequence[Scene], Unit, State], bool]
 Wider = Callable[[Scene, State], tuple[Column, ...]]
 StandIn = Callable[[Scene, State, Mapping[str, float], float], Mapping[str, Array]]
 Likewise = Callable[[Sequence[Scene]], tuple[str, ...]]
+Came = Callable[[Sequence[str]], Since | None]
 Accuses = Callable[[Mapping[str, float], Sequence[str], Sequence[str]], str]
 
 
@@ -119,6 +123,11 @@ def no_stand_in(scene: Scene, state: State, values: Mapping[str, float], scale: 
     return {}
 
 
+def not_since(keys: Sequence[str]) -> Since | None:
+    """An effect that was always there."""
+    return None
+
+
 def no_terms(unit: Unit, state: State) -> tuple[str, ...]:
     """An effect that no error parameter of the calibrated chain describes: it can't be handed to `compensate`."""
     return ()
@@ -149,7 +158,8 @@ class Effect:
     these logs can't tell from it, as their cell or their columns lack what would; it is no more than likely then.
     stand_in: how the drives would stand, as its columns do, by axis, were another effect there instead (`stands_in`, by name), as
     much by `scale` times its fitted values by parameter; NaN where nothing is known. Where that leaves as little, these logs
-    can't tell the two apart.
+    can't tell the two apart. since: when it came to work, None for always; came: the same of units by their keys. side: "left" or
+    "right" of what was measured, where it is a rigid motion of all of it.
     """
 
     name: str
@@ -179,6 +189,9 @@ class Effect:
     likewise: Likewise = none_likewise
     stand_in: StandIn = no_stand_in
     stands_in: str = ""
+    since: Change | None = None
+    came: Came = not_since
+    side: str = ""
 
     @property
     def in_gears(self) -> bool:

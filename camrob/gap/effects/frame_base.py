@@ -43,4 +43,5 @@ EFFECT = Effect(
     accuracy=0.0,
     terms=_terms,
     twin_in_world="measurement_frame",
+    side="left",
 )

@@ -39,4 +39,5 @@ EFFECT = Effect(
     columns=_columns,
     accuracy=0.0,
     terms=_terms,
+    side="right",
 )

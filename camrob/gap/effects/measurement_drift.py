@@ -13,12 +13,16 @@ from camrob.gap.observation.noise import plain_gap
 from camrob.gap.observation.scene import Scene
 from camrob.gap.observation.unknown_frames import left_twists, right_twists
 from camrob.measurement.log_info import MeasuredFrame
+from camrob.summaries.fitted.since import Since
 from camrob.units import deg_to_rad, mm_to_m
 
-__all__ = ["APART", "EFFECT"]
+__all__ = ["APART", "EFFECT", "JUMP", "SLIP", "at_moment", "moment_key"]
 
 APART = "apart "
 """How the key of a unit begins by which the instrument stood elsewhere on one log than on the first."""
+
+JUMP, SLIP = "jump", "slip"
+"""What happens at a moment: the instrument, or the robot's foot, is elsewhere from there on; the target, or the tool."""
 
 _SHIFT, _TURN = mm_to_m(0.03), deg_to_rad(0.002)  # over a log
 _SLIP, _SLIP_TURN = mm_to_m(0.3), deg_to_rad(0.05)
@@ -30,8 +34,8 @@ _EDGE = 0.05  # of a log, in which no slip can be told from its end
 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
-    """Steadily, or settling, each log from its own beginning; a target that slips at one moment of a log; and an
-    instrument that stood elsewhere on a further log, though all say one frame.
+    """Steadily, or settling, each log from its own beginning; a target that slips at one moment of a log, and where such a moment
+    was found (`at_moment`), a frame that jumps; and an instrument that stood elsewhere on a further log, though all say one.
     """
     if not all(s.tracked for s in scenes):
         return ()
@@ -41,15 +45,31 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         settled = place_parameters([f"settled_{p}" for p in PLACES], _SETTLED, _TURN)
         units.append(Unit("measurement_drift", "", settled, _CHOICES, "settling"))
     for scene in scenes:
-        slip = _moment(scene)
-        if slip is not None:
-            slipped = place_parameters([f"slip_{p}" for p in PLACES], _SLIP, _SLIP_TURN)
-            units.append(Unit("measurement_drift", "", slipped, _MOMENTS, f"slip {slip[0]:.6f} {slip[1]} {scene.name}"))
+        for kind in (SLIP, JUMP):
+            moment = _told(state, kind, scene) or (_moment(scene) if kind == SLIP else None)
+            if moment is not None:
+                moved = place_parameters([f"{kind}_{p}" for p in PLACES], _SLIP, _SLIP_TURN)
+                units.append(Unit("measurement_drift", "", moved, _MOMENTS, moment_key(kind, *moment, scene.name)))
     if all(s.log.info.measured_frame is MeasuredFrame.WORLD and not s.log.info.same_frame_as for s in scenes):
         for scene in scenes[1:]:
             moved = place_parameters([f"apart_{p}" for p in PLACES], _ELSEWHERE, _ELSEWHERE_TURN)
             units.append(Unit("measurement_drift", "", moved, _CHOICES, f"{APART}{scene.name}"))
     return tuple(units)
+
+
+def at_moment(kind: str, at: float, sample: int, name: str) -> dict[str, float]:
+    """What the state holds of a moment (`JUMP`, `SLIP`): s, and the last sample before it, from 1, of a log."""
+    return {f"{kind}_s|{name}": at, f"{kind}_sample|{name}": float(sample)}
+
+
+def moment_key(kind: str, at: float, sample: int, name: str) -> str:
+    """The key of the unit that such a moment has."""
+    return f"{kind} {at:.6f} {sample} {name}"
+
+
+def _told(state: State, kind: str, scene: Scene) -> tuple[float, int] | None:
+    key = f"{kind}_s|{scene.name}"
+    return (state[key], int(state[f"{kind}_sample|{scene.name}"])) if key in state else None
 
 
 def _moment(scene: Scene) -> tuple[float, int] | None:
@@ -84,7 +104,7 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
         course = np.full(len(scene), float(scene.name == rest))
     else:
         moment, _, name = rest.split(" ", 2)
-        twists = right_twists(scene.nominal)
+        twists = (right_twists if kind == SLIP else left_twists)(scene.nominal)
         course = ((scene.t >= float(moment)) & (scene.name == name)).astype(float)
     return tuple(Column(tcp=twists[:, :, k] * course[:, None]) for k in range(6))
 
@@ -101,14 +121,28 @@ def _accuses(values: Mapping[str, float], alike: Sequence[str], keys: Sequence[s
         elif rest:
             moment, sample, name = rest.split(" ", 2)
             when = f"behind sample {sample} of {name} (t = {float(moment):.6g} s)"
-            how = f"its target slipped on the tool by {size:.2g} mm {when}"
+            what = "its target slipped on the tool" if kind == SLIP else "its frame, or the robot's foot, jumped"
+            how = f"{what} by {size:.2g} mm {when}"
         said.append(how)
     return "; ".join(said) or "it moved, or its target slipped, while it measured"
 
 
+def _came(keys: Sequence[str]) -> Since | None:
+    """At a moment, or between two logs, where it is nothing else."""
+    if len(keys) != 1:
+        return None
+    if keys[0].startswith(APART):
+        return Since(log=keys[0].removeprefix(APART), lasting=False)
+    kind, _, rest = keys[0].partition(" ")
+    if kind not in (SLIP, JUMP):
+        return None
+    moment, sample, name = rest.split(" ", 2)
+    return Since(log=name, row=int(sample) + 1, t_s=float(moment), lasting=True)
+
+
 EFFECT = Effect(
     name="measurement_drift",
-    physics="The instrument's frame moves steadily, settles, or jumps between logs, or its target slips at one moment.",
+    physics="The instrument's frame moves steadily, settles, or jumps, or its target slips at one moment.",
     stages=("encoder_to_tcp",),
     regimes=("time",),
     experiment=(
@@ -125,4 +159,5 @@ EFFECT = Effect(
     trials=tuple({"settles": s} for s in _SETTLES),
     of_instrument=_accuses,
     of_machine=False,
+    came=_came,
 )

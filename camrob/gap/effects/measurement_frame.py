@@ -40,4 +40,5 @@ EFFECT = Effect(
     hidden_in_world=True,
     of_instrument=_accuses,
     of_machine=False,
+    side="left",
 )

@@ -21,7 +21,7 @@ from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.observation.noise import Noise, find_outliers, noise_left, noise_of
 from camrob.gap.observation.scene import Scene
 
-__all__ = ["compare", "excess_beside", "panels_for", "too_small"]
+__all__ = ["compare", "excess_beside", "panels_for", "too_small", "unit_name"]
 
 Array = NDArray[np.float64]
 
@@ -54,8 +54,9 @@ def panels_for(
     )
 
 
-def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
-    """Compare all sets of effects on some logs, a smooth discrepancy of any size beside each.
+def compare(scenes: Sequence[Scene], library: Sequence[Effect], start: frozenset[str] = frozenset()) -> Model:
+    """Compare all sets of effects on some logs, a smooth discrepancy of any size beside each. start: a set to begin from beside
+    the empty one, by the names of its units.
 
     Round by round: the discrepancy is sized beside the best set so far, which at first leaves it all of the gap; sets are
     searched with it integrated out; what is not linear is refined, and what is left suggests further shapes.
@@ -68,7 +69,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         noises = _with_shown_noise(scenes, noises, kept, effects, states)
     model: Model | None = None
     found: Explored | None = None
-    starts: tuple[frozenset[str], ...] = ()
+    starts: tuple[frozenset[str], ...] = (start,) if start else ()
     softened: tuple[Array, ...] | None = None
     basis, sizes, remembered = smooth_basis(scenes), no_sizes(), Remembered()
     for round_ in range(_ROUNDS):
@@ -77,7 +78,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
         panels = panels_for(scenes, noises, kept, units, effects, states, basis, remembered)
         if softened is not None:
             panels = _soften(panels, softened)
-        named = {_name(u): i for i, u in enumerate(units)}
+        named = {unit_name(u): i for i, u in enumerate(units)}
         again = tuple(frozenset(named[n] for n in names if n in named) for names in starts)
         # what turns with direction, or drifts, is first offered to effects that do
         panels, evidence = _weighed(panels, units, basis, noises, sizes, again, PARTS if round_ else PARTS[:1])
@@ -101,7 +102,7 @@ def compare(scenes: Sequence[Scene], library: Sequence[Effect]) -> Model:
             int(sum((~k).sum() for k in kept)),
             basis,
         )
-        names = frozenset(_name(units[i]) for i in best.members)
+        names = frozenset(unit_name(units[i]) for i in best.members)
         changed = _refine(model, states)
         settled = not changed and names in starts  # what is offered now was offered, and not taken
         starts = (names,)
@@ -223,7 +224,8 @@ def _stages_of(model: Model, name: str) -> set[str]:
     return found
 
 
-def _name(unit: Unit) -> str:
+def unit_name(unit: Unit) -> str:
+    """By which a unit is known from round to round."""
     return f"{unit.effect}/{unit.axis}/{unit.key}"
 
 

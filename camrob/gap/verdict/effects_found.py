@@ -48,8 +48,7 @@ def effects_found(
             # not in the best set: judged by what it would be on top of it
             own = frozenset(i for i, u in enumerate(model.units) if u.effect == effect.name)
         rest = model.best.members | own
-        joint, everything = (shrinkage(model, trial, rest, one) for one in (own, rest))
-        last = shrinkage(model, trial, rest, rest - own)
+        joint, everything, last = (shrinkage(model, trial, rest, one) for one in (own, rest, rest - own))
         twins = list(covered_by(model.design, total, model.values(own, model.best), effect.name))
         twins += [n for n in wider.get(effect.name, ()) if n not in twins]
         if in_world and effect.twin_in_world:
@@ -85,6 +84,7 @@ def effects_found(
                 physics=effect.physics,
                 axis_moves_mm=which.moves_mm,
                 stands_out=which.stands_out,
+                since=effect.came([model.units[i].key for i in sorted(own)]),
             )
         )
     return tuple(sorted(entries, key=lambda e: (-e.probability, -e.shrink)))

@@ -83,7 +83,7 @@ def rest_charts(summary: DiagnosisSummary) -> list[Chart]:
 
 def _by_cause(summary: DiagnosisSummary) -> list[Chart]:
     """How far each claim moves the tool, and what stays unexplained where that is likely."""
-    sizes: dict[str, float] = {plain_name(e.effect): e.moves_mm for e in summary.claimed if not only_first(e)}
+    sizes: dict[str, float] = {plain_name(e.called): e.moves_mm for e in summary.claimed if not only_first(e)}
     if not sizes:
         return []
     shades = [_GREEN] * len(sizes)
@@ -217,7 +217,7 @@ def _steps(summary: DiagnosisSummary, noise: float) -> Chart:
     t, compensable = summary.together, summary.compensable
     claimed = [e for e in summary.claimed if not only_first(e)]
     bars = [("before", t.rms_before_mm, BEFORE)]
-    bars += [(f"{plain_name(e.effect)} alone", e.alone.rms_after_mm, _GREEN) for e in claimed if len(claimed) > 1]
+    bars += [(f"{plain_name(e.called)} alone", e.alone.rms_after_mm, _GREEN) for e in claimed if len(claimed) > 1]
     if compensable.effects and compensable.shrink_interval[0] > 0.0:
         bars.append(("what compensate corrects", compensable.rms_after_mm, _GREEN))
     bars.append(("all that is claimed", t.rms_after_mm, AFTER))

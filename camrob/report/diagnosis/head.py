@@ -38,10 +38,10 @@ _TRIFLE = 0.2  # of what the largest cause moves the tool by
 
 
 def head_lines(summary: DiagnosisSummary) -> list[tuple[str, str]]:
-    """Up to three lines, each with its heading: what, where, what to do first."""
+    """Up to four lines, each with its heading: what has changed, what it is, where, what to do first."""
     what, where = _with_local(summary) + friction_what(summary), _where(summary) + friction_where(summary)
     lines = [("What", what), ("Where", where.strip()), ("Do first", _and_friction(summary, _first(summary)))]
-    return [(name, printable(text)) for name, text in lines if text]
+    return [(name, printable(text)) for name, text in (("Changed", summary.changed), *lines) if text]
 
 
 def too_large(entry: EffectFound, summary: DiagnosisSummary) -> bool:
@@ -97,7 +97,7 @@ def _called(entry: EffectFound) -> str:
     others = [plain_name(n) for n in entry.indistinguishable_from] if entry.like_others else []
     more = f" or {len(others) - 2} more" if len(others) > 2 else ""
     like = f", or {' or '.join(others[:2])}{more}" if others else ""
-    return f"{plain_name(entry.effect)}{_of(entry)} ({sure(entry.probability)} sure{like})"
+    return f"{plain_name(entry.called)}{_of(entry)} ({sure(entry.probability)} sure{like})"
 
 
 def _of(entry: EffectFound) -> str:
@@ -117,7 +117,7 @@ def _nothing_claimed(summary: DiagnosisSummary, first: Sequence[EffectFound]) ->
     nothing = sum(a.probability for a in summary.alternatives if not a.effects)
     if not likely or (nothing >= LIKELY and summary.unknown.likely):
         return f"{_NAMELESS}{size}.{_impossible(summary)}"
-    names = ", ".join(f"{plain_name(e.effect)} ({sure(e.probability)})" for e in likely[:_MOST])
+    names = ", ".join(f"{plain_name(e.called)} ({sure(e.probability)})" for e in likely[:_MOST])
     if sum(e.probability for e in likely) < LIKELY and summary.unknown.likely:
         return f"Most likely something that has no name here, else {names}: {size}.{_impossible(summary)}"
     text = f"Not sure; {'the likeliest is' if len(likely) == 1 else 'likeliest are'} {names}: {size}."
@@ -147,7 +147,7 @@ def _doubts(entries: Sequence[EffectFound], summary: DiagnosisSummary) -> str:
     words = [w for e in entries if (w := _hard_to_believe(e))]
     large = [e for e in entries if too_large(e, summary)]
     if large:
-        names = _listed([f"{plain_name(e.effect)} ({mm(e.moves_mm)})" for e in large])
+        names = _listed([f"{plain_name(e.called)} ({mm(e.moves_mm)})" for e in large])
         works = "they work against each other" if len(large) > 1 else "it works against another cause"
         words.append(
             f"{_capital(names)} would move the tool by more than the gap: {works}, so don't take sizes at their word"
@@ -163,7 +163,7 @@ def _hard_to_believe(entry: EffectFound) -> str:
     (words, unit), value, times = found
     size = f"{words} {fitted(value.value, value.std, unit)}, {times:.0f} times the ordinary,"
     if entry.probability >= _SURE and not entry.like_others:
-        return f"{_capital(plain_name(entry.effect))}: {size} is seldom so much"
+        return f"{_capital(plain_name(entry.called))}: {size} is seldom so much"
     others = [plain_name(n) for n in entry.indistinguishable_from[:2]]
     if others and entry.regimes == ("direction",):
         why = f"is more than a gear does so: rather {' or '.join(others)}"
@@ -171,7 +171,7 @@ def _hard_to_believe(entry: EffectFound) -> str:
         why = f"is no true value: what looks alike in these logs ({' or '.join(others)}) has a part in it or stands behind it"
     else:
         why = "is not ordinary wear: something is broken there, or another cause stands behind it"
-    return f"{_capital(plain_name(entry.effect))}: {size} {why}"
+    return f"{_capital(plain_name(entry.called))}: {size} {why}"
 
 
 def _where(summary: DiagnosisSummary) -> str:
@@ -265,7 +265,7 @@ def _first(summary: DiagnosisSummary) -> str:
     deeds = [e for e in inside if e not in doubtful and e.remedy and not e.remedy.startswith(_NO_DEED)]
     clear = [e for e in deeds if e.probability >= _SURE or not _hard_to_believe(e)]
     if inside and inside[0] in doubtful and clear and clear[0].moves_mm >= _TRIFLE * inside[0].moves_mm:
-        step = f"{step}. {_capital(plain_name(clear[0].effect))}{_of(clear[0])}, which is clear: {_deed(clear[0])}"
+        step = f"{step}. {_capital(plain_name(clear[0].called))}{_of(clear[0])}, which is clear: {_deed(clear[0])}"
     return " ".join([f"{_capital(step)}.", *left])
 
 
@@ -287,8 +287,8 @@ def _of_these(clear: Sequence[EffectFound]) -> str:
     other = next(more, None) if first.remedy.startswith(_NO_DEED) else None
     if other is None or other.moves_mm < _TRIFLE * first.moves_mm:
         return _deed(first)
-    idle = f"{plain_name(first.effect)}{_of(first)}: {_NO_DEED} at the machine"
-    return f"{idle}. {_capital(plain_name(other.effect))}{_of(other)}: {_deed(other)}"
+    idle = f"{plain_name(first.called)}{_of(first)}: {_NO_DEED} at the machine"
+    return f"{idle}. {_capital(plain_name(other.called))}{_of(other)}: {_deed(other)}"
 
 
 def _deed(entry: EffectFound) -> str:
@@ -337,7 +337,7 @@ def _left_alone(summary: DiagnosisSummary, doubtful: Sequence[EffectFound]) -> l
         return ["Leave alone: the robot, as it is the reading that is off."]
     said = [f"Leave alone: {sound}."] if sound else []
     if doubtful:
-        names = _listed([f"{plain_name(e.effect)}{_of(e)}" for e in doubtful[:_MOST]])
+        names = _listed([f"{plain_name(e.called)}{_of(e)}" for e in doubtful[:_MOST]])
         said.append(f"Change nothing for {names} before that is clear.")
     return said
 

@@ -220,7 +220,7 @@ def _causes(summary: DiagnosisSummary) -> str:
     for e in by_size(summary.effects):
         known, more = values_of(e.parameters, _MOST_VALUES)
         values = "<br>".join(escape(v) for v in known) + (f"<br>and {more} more in diagnosis.json" if more else "")
-        called = escape(plain_name(e.effect))
+        called = escape(plain_name(e.called))
         name = f"<b>{called}</b>" if e.claimed else called
         axes = f"<br>{escape(', '.join(e.axes))}" if e.axes else ""
         rivals = escape(", ".join(map(plain_name, e.indistinguishable_from)) or "none")

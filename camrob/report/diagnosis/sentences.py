@@ -58,8 +58,9 @@ def by_size(effects: Sequence[EffectFound]) -> list[EffectFound]:
 
 
 def plain_name(effect: str) -> str:
-    """An effect's name in words."""
-    return effect.replace("_", " ")
+    """An effect's name in words; behind it stands when it came, where it was not always there."""
+    name, *rest = effect.split(" ", 1)
+    return " ".join([name.replace("_", " "), *rest])
 
 
 def between(stage: str, summary: DiagnosisSummary) -> str:
@@ -123,7 +124,7 @@ def _none_sure(summary: DiagnosisSummary) -> str:
 
 def _with_chances(effects: Sequence[EffectFound]) -> str:
     """Causes, each with how sure it is."""
-    return _listed([f"{plain_name(e.effect)} ({sure(e.probability)} sure)" for e in effects])
+    return _listed([f"{plain_name(e.called)} ({sure(e.probability)} sure)" for e in effects])
 
 
 def _no_gap(summary: DiagnosisSummary) -> str:
@@ -284,7 +285,7 @@ def _named(entry: EffectFound, read: str = "") -> str:
     """An effect with its axes, its values where they are few, else by how much it moves the TCP; how sure it is, and
     what its drive's log shows (read).
     """
-    name, chance = plain_name(entry.effect), f"{sure(entry.probability)} sure{read}"
+    name, chance = plain_name(entry.called), f"{sure(entry.probability)} sure{read}"
     values = {k: v.value for k, v in entry.parameters.items()}
     axes = [a for a in entry.axes if f"{a}_deg" in values or f"{a}_mm" in values or f"{a}_rad_nm" in values]
     if len(axes) == len(entry.axes) and 0 < len(axes) <= _MOST_VALUES:
@@ -325,7 +326,7 @@ def _best_single(summary: DiagnosisSummary) -> str:
         return ""
     left, noise = mm(best.alone.rms_after_mm), mm(summary.gap.noise_mm)
     return (
-        f": {withheld_text(summary)}, the best single effect, {plain_name(best.effect)}, would take {mm(before)} to {left}, "
+        f": {withheld_text(summary)}, the best single effect, {plain_name(best.called)}, would take {mm(before)} to {left}, "
         f"with a noise of {noise}, and is {sure(best.probability)} sure"
     )
 

@@ -43,7 +43,7 @@ def render_diagnosis(summary: DiagnosisSummary) -> RenderableType:
     for e in summary.claimed:
         if e.indistinguishable_from:
             rivals = " or ".join(map(plain_name, e.indistinguishable_from))
-            parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {plain_name(e.effect)}."))
+            parts.append(shown_text(f"On these logs {rivals} would show nearly the same as {plain_name(e.called)}."))
     parts += [Text(""), _facts(summary)]
     return Group(*parts)
 
@@ -65,7 +65,7 @@ def _causes(summary: DiagnosisSummary) -> Table:
     for e in by_size(summary.effects):
         last = e.added_last
         table.add_row(
-            shown_text(plain_name(e.effect)),
+            shown_text(plain_name(e.called)),
             shown_text(", ".join(e.axes)),
             sure(e.probability),
             to_mm(e.rms_before_mm, e.alone.rms_after_mm),
@@ -108,7 +108,7 @@ def _facts(summary: DiagnosisSummary) -> Table:
     rows += [("to do", f"{what}: {text}") for what, text in to_do(summary)]
     command = compensate_command(summary)
     rows += [("", f"{command[0]}: {command[1]}")] if command else []
-    rows += [("normal", f"{plain_name(e.effect)}: {text}") for e in summary.claimed if (text := ordinary(e.parameters))]
+    rows += [("normal", f"{plain_name(e.called)}: {text}") for e in summary.claimed if (text := ordinary(e.parameters))]
     rows += [("timing", text) for text in timing_texts(summary)]
     rows += [("standard", standards_text(one)) for one in summary.standards]
     rows += [("compensate", text.removeprefix("compensate ")) for text in (compensable_text(summary),) if text]

@@ -70,7 +70,7 @@ def _about(entry: EffectFound) -> str:
     """An effect, where, and by how much it moves the tool."""
     axes = f" of {', '.join(entry.axes[:_AXES])}" if entry.axes else ""
     more = " and others" if len(entry.axes) > _AXES else ""
-    return f"{plain_name(entry.effect)}{axes}{more} ({mm(entry.moves_mm)})"
+    return f"{plain_name(entry.called)}{axes}{more} ({mm(entry.moves_mm)})"
 
 
 def _run_for_rest(summary: DiagnosisSummary) -> str:

@@ -37,7 +37,7 @@ def reading_text(summary: DiagnosisSummary) -> str:
     part = hypot(*(e.moves_mm for e in moved))
     if not read or reading**2 <= _HALF * (reading**2 + part**2):
         return ""
-    names = ", ".join(plain_name(e.effect) for e in read)
+    names = ", ".join(plain_name(e.called) for e in read)
     own = (
         f"of what is claimed, about {mm(part)} rms moves the tool itself" if moved else "no claim moves the tool itself"
     )

@@ -19,7 +19,7 @@ def sizes_table(summary: DiagnosisSummary) -> str:
     rows = []
     for e in by_size(summary.claimed):
         for name, shrunk in (("alone", e.alone), ("added last", e.added_last)):
-            rows.append([f"<b>{escape(plain_name(e.effect))}</b>", name, *_cells(shrunk)])
+            rows.append([f"<b>{escape(plain_name(e.called))}</b>", name, *_cells(shrunk)])
     first = any(only_first(e) for e in summary.claimed)
     taken = "all but what lies before the set-points" if first else "all that is claimed"
     rows.append(["<b>together</b>", taken, *_cells(summary.together)])
@@ -59,7 +59,7 @@ def careful_text(summary: DiagnosisSummary) -> str:
     """What speaks against a claim on samples that took no part, and which of them were not asked; "" for nothing."""
     claimed, together = summary.claimed, summary.together
     warnings = [
-        f"adding {plain_name(e.effect)} last makes it worse there, {to_mm(last.rms_before_mm, last.rms_after_mm)}"
+        f"adding {plain_name(e.called)} last makes it worse there, {to_mm(last.rms_before_mm, last.rms_after_mm)}"
         for e in claimed
         for last in (e.added_last,)
         if last.shrink_interval[1] < 0.0

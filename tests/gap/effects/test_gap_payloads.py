@@ -38,7 +38,9 @@ def test_two_payloads_that_logs_tell_are_one_spring_of_an_arm_of_unknown_masses(
     said = diagnose(logs, read_cell(tmp_path)).summary
     left = said.together.rms_after_mm
     if not told:
-        assert not said.claimed or left > 0.2
+        # a load that nobody told came between the logs, and is seen as that or as what gives way more under it
+        came = [e for e in said.claimed if e.since is not None]
+        assert not said.claimed or left > 0.2 or [e for e in came if "payload" in e.alike]
         return
     assert [e.effect for e in said.claimed] == ["joint_compliance"] and said.claimed[0].axes[:1] == ("A2",)
     assert left < 0.06

@@ -1,0 +1,80 @@
+"""What is said of a machine that became another: names as the library has them, and first what is new, then what always was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from camrob.gap.states.later_effect import base_name
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
+from camrob.summaries.fitted.since import Since
+
+__all__ = ["told"]
+
+_VALUES = 3  # that are said
+_CLEAR = 2.0  # standard deviations from which a value is said
+_UNITS = {"_deg": "degrees", "_mm": "mm", "_s": "s", "_kg": "kg", "_rad_nm": "rad/Nm"}
+
+
+def told(summary: DiagnosisSummary) -> DiagnosisSummary:
+    """The summary with effects by their names in the library, and what changed in words."""
+    changed = _changed([e for e in summary.claimed if e.since is not None], summary)
+    effects = tuple(
+        replace(
+            e,
+            effect=base_name(e.effect),
+            indistinguishable_from=_names(e.indistinguishable_from),
+            alike=tuple(sorted(_names(e.alike))),
+        )
+        for e in summary.effects
+    )
+    return replace(
+        summary,
+        effects=effects,
+        alternatives=tuple(replace(a, effects=_names(a.effects)) for a in summary.alternatives),
+        aliases=tuple(names for group in summary.aliases if len(names := _names(group)) > 1),
+        next_experiment_for=_names(summary.next_experiment_for),
+        changed=changed,
+    )
+
+
+def _names(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(base_name(n) for n in names))
+
+
+def _changed(new: Sequence[EffectFound], summary: DiagnosisSummary) -> str:
+    """What became another and when, then what was so all along."""
+    if not new:
+        return ""
+    when = new[0].since
+    always = [_called(e) for e in summary.claimed if e.since is None]
+    rest = (
+        f"As it was in all logs: {', '.join(always)}" if always else "All else that is claimed of these logs: nothing"
+    )
+    return f"{_when(when)}: {'; '.join(_what(e) for e in new)}. {rest}." if when else ""
+
+
+def _when(since: Since) -> str:
+    if since.row is not None:
+        return f"From row {since.row} of {since.log} on (t = {since.t_s:.6g} s)"
+    if not since.lasting:
+        return f"In {since.log} alone"
+    return f"Between {since.after} and {since.log}" if since.after else f"Since {since.log}"
+
+
+def _what(entry: EffectFound) -> str:
+    """An effect that came, with the values that are clear."""
+    clear = {n: v for n, v in entry.parameters.items() if abs(v.value) > _CLEAR * v.std}
+    first = sorted(clear, key=lambda n: -abs(clear[n].value) / max(clear[n].std, 1e-30))[:_VALUES]
+    values = ", ".join(_value(n, clear[n].value) for n in first)
+    return f"{_called(entry)} became another{f' by {values}' if values else ''} ({entry.moves_mm:.2g} mm at the tool)"
+
+
+def _called(entry: EffectFound) -> str:
+    name = base_name(entry.effect).replace("_", " ")
+    return f"{name} of {', '.join(entry.axes[:_VALUES])}" if entry.axes else name
+
+
+def _value(name: str, value: float) -> str:
+    unit = next((u for u in _UNITS if name.endswith(u)), "")
+    return f"{name.removesuffix(unit).replace('_', ' ')} {value:.3g} {_UNITS.get(unit, '')}".rstrip()
