@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.bodies.bodies import Body, cell_bodies
 from camrob.cell.cell import Cell
 from camrob.cell.shape import ShapeKind
-from camrob.kinematics.frames import base_T_joint_axes, base_T_joint_frames
+from camrob.kinematics.frames import base_T_joint_axes, base_T_joint_frames, base_T_root
 from camrob.se3 import inverse
 from camrob.units import m_to_mm
 
@@ -63,7 +63,10 @@ def bare_links(cell: Cell) -> tuple[BareLink, ...]:
         if not own:
             continue
         begin = frames[i - 1] if i else np.asarray(cell.base_T_first)
-        corners = [begin[:3, 3], axes[i][:3, 3], frames[i][:3, 3]]
+        foot = (
+            begin if n else base_T_root(cell, np.asarray(cell.q_home))
+        )  # a row may begin far from the foot, on its axis
+        corners = [foot[:3, 3], axes[i][:3, 3], frames[i][:3, 3]]
         corners[1] = corners[1] + axes[i][:3, 2] * (
             (corners[2] - corners[1]) @ axes[i][:3, 2]
         )  # where the axis is left

@@ -79,10 +79,11 @@ def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None)
         if part_in_base is not None:
             raise table.fail("part_in_base", "stands beside [[clamping]]", "give each clamping its own, and no other")
         part_in_base = np.asarray(held.base_T_part)
+    tools = _tools(table, data.get("tool"), cell)
     setup = Setup(
         path=path,
         base_T_part=np.eye(4) if part_in_base is None else part_in_base,
-        tools=_tools(table, data.get("tool"), cell) or (own_tool,),
+        tools=tools or (own_tool,),
         units=table.text("units", choices=("mm", "inch")) if "units" in table else "",
         dialect=_dialect(table),
         rapid_feed=_number(table, "rapid_feed_mm_min", 1.0, FASTEST_MM_MIN, mm_min_to_m_s),
@@ -99,6 +100,7 @@ def read_setup(path: str | Path | None, cell: Cell, clamping: str | None = None)
         clampings=clampings,
         clamping="" if held is None else held.name,
         unplaced=part_in_base is None,
+        toolless=not tools,
     )
     table.finish()
     return setup
@@ -205,6 +207,8 @@ def _tools(table: TableReader, raw: Any, cell: Cell) -> tuple[ToolSetup, ...]:
     if raw is not None and not isinstance(raw, list):
         if library is not None:
             raise table.fail("tool", "stands for all numbers, beside tool_library", "make it [[tool]], with its number")
+        if isinstance(raw, dict) and "number" in raw:
+            raise table.fail("tool", "stands for all numbers, and has one", "make it [[tool]], or leave number out")
         return (_tool(table.table("tool"), cell, gauge, numbered=False),)
     tools: dict[int | None, ToolSetup] = {}
     for number, row in rows.items():

@@ -88,7 +88,7 @@ class Setup:
     decimate: m, points nearer than this to their neighbours' chord are left out (0: none). tolerance: m, that the machine's
     speed may carry the tool off across its way. machine: whose own axes a G-code program names. part, stock: bodies for
     collision checks. clampings: of a part that is worked from several sides, by the CL file's lines; clamping: the name of that
-    which `base_T_part` is of. unplaced: the file says nothing of where the part lies.
+    which `base_T_part` is of. unplaced, toolless: the file says nothing of where the part lies, of any tool.
 
     Keys of the file (none is needed), lengths in mm and angles in degrees:
 
@@ -136,6 +136,7 @@ class Setup:
     clampings: tuple[Clamping, ...] = ()
     clamping: str = ""
     unplaced: bool = False
+    toolless: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "base_T_part", locked(self.base_T_part, shape=(4, 4), name="base_T_part"))

@@ -100,6 +100,12 @@ class TableReader:
     def _checked(self, value: Any) -> str | Mapping[str, str]:
         values = value.values() if isinstance(value, Mapping) else [value]
         for v in values:
+            if isinstance(v, Mapping):
+                raise self.fail(
+                    "standing",
+                    "names numbers within a table",
+                    "give that table its own: key = { ..., standing = { ... } }",
+                )
             if v not in PROVENANCES:
                 raise self.fail("standing", f"{_shown(v)} is not a provenance", f"use one of {', '.join(PROVENANCES)}")
         result: str | Mapping[str, str] = value
@@ -186,7 +192,9 @@ class TableReader:
         value = self._take(key, f"a list of {length} numbers")
         good = isinstance(value, list) and len(value) == length
         if not good or not all(_finite(v) for v in value):
-            raise self.fail(key, f"is {_shown(value)}", f"give a list of {length} finite numbers")
+            nested = isinstance(value, list) and any(isinstance(v, list) for v in value)
+            hint = f"give a list of {length} finite numbers{', one behind the other' * nested}"
+            raise self.fail(key, f"is {_shown(value)}", hint)
         self._note_provenance(key)
         return np.array(value, float)
 

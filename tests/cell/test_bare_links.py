@@ -48,6 +48,13 @@ def test_what_neighbours_cover_about_the_axes_is_not_bare(tmp_path: Path) -> Non
     assert bare.bare == pytest.approx(1.25 - 0.76 - 0.17 - 0.01, abs=0.012)
 
 
+def test_rows_that_begin_far_from_the_foot_are_measured_from_the_foot(tmp_path: Path) -> None:
+    """The arm's first axis begins 2 m below the foot, as rows between a tilted table and an arm have it; nothing else changes."""
+    lower = (("d_mm = -305", "d_mm = -2305"), ("d_mm = -675", "d_mm = -2675"))
+    folder = _copied(tmp_path, *lower, ("foot_to_root = [0, 0, 0", "foot_to_root = [0, 0, -2000"))
+    assert bare_links(read_cell(folder)) == ()
+
+
 def test_a_link_that_nothing_is_drawn_of_is_not_called_bare(tmp_path: Path) -> None:
     text = (CELLS / "kr15_track_table" / "cell.toml").read_text(encoding="utf-8")
     shapes = text[text.index("[[shape]]") : text.index("[controller]")]

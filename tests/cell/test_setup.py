@@ -135,7 +135,7 @@ BROKEN = [
     ("schema = 1\n[kinematics]\n", "is a cell, not a set-up; name it behind --cell"),
     ("tool = 3", "tool: is 3; give a table"),
     ("tool = [1, 2]", "tool: is not an array of tables"),
-    ("[tool]\nnumber = 1", "tool.number: is not a key"),
+    ("[tool]\nnumber = 1", "tool: stands for all numbers, and has one; make it [[tool]]"),
     ("[tool]\nmass_kg = 0\ncenter_of_mass_mm = [0, 0, 0]", "tool.mass_kg: is 0; give a number from 0.001 to 1000"),
     ("[tool]\nmass_kg = -3\ncenter_of_mass_mm = [0, 0, 0]", "tool.mass_kg: is -3"),
     ("[tool]\nmass_kg = nan\ncenter_of_mass_mm = [0, 0, 0]", "tool.mass_kg: is nan; give a finite number"),

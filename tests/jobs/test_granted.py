@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from camrob import PostResult, post
+from camrob.bodies.meshes import body_triangles
 from camrob.cell.read_cell import read_cell
 from camrob.cell.read_setup import read_setup
 from camrob.errors import JobError
@@ -20,6 +21,7 @@ from camrob.toolpath.read import read_toolpath
 ROOT = Path(__file__).resolve().parents[2]
 KR15 = ROOT / "cells" / "kr15_track_table"
 SAMPLE = ROOT / "toolpaths" / "engraving" / "engraving.cls"
+MILL = '[tool]\nname = "mill"\n'
 
 
 def posted(folder: Path, setup: str | None, cell: Path = KR15) -> PostResult:
@@ -51,6 +53,28 @@ def test_no_set_up_is_the_first_warning(tmp_path: Path) -> None:
 
 def test_a_set_up_however_short_is_one(tmp_path: Path) -> None:
     assert "no-setup" not in codes(posted(tmp_path, "part_in_base = [0, 0, 200, 0, 0, 0]\n"))
+
+
+def test_a_set_up_without_a_tool_says_which_tool_stands_in_for_it(tmp_path: Path) -> None:
+    bare = "part_in_base = [0, 0, 200, 0, 0, 0]\n"
+    (warning,) = [w for w in posted(tmp_path, bare).summary.warnings if w.code == "tool-unsaid"]
+    assert "setup.toml says nothing of the tool" in warning.text
+    assert "(X 0.000 Y -41.764 Z 415.578 A 0.000 B 0.000 C -159.580)" in warning.text
+    assert "tool-unsaid" not in codes(posted(tmp_path, bare + MILL))
+
+
+def test_inches_of_a_path_that_its_stock_bears_out_are_not_doubted(tmp_path: Path) -> None:
+    """Foam of 2 m by 0.8 m, drawn in inches; and a file in mm that is read as inches, on its own small blank."""
+    rows = "".join(f"G1 X{x:.3f} Y{y:.3f} F100\n" for y in (0, 10, 30) for x in (0, 40, 80))
+    (tmp_path / "foam.nc").write_text(f"G20 G90 G17\nT1 M6\nS9000 M3\nG0 X0 Y0 Z1\nG1 Z-1 F50\n{rows}M30\n")
+    for box, doubted in (("-10, -10, -60, 2040, 800, 0", False), ("-1, -1, -2, 81, 31, 0", True), ("", True)):
+        stock = f"[stock]\nbox_mm = [{box}]\n" if box else ""
+        (tmp_path / "setup.toml").write_text(f"part_in_base = [0, 0, 60, 0, 0, 0]\n{stock}", encoding="utf-8")
+        cell = read_cell(KR15)
+        setup = read_setup(tmp_path / "setup.toml", cell)
+        mesh = None if setup.stock is None else body_triangles(setup.stock)
+        found = taken_for_granted(cell, setup, read_toolpath(tmp_path / "foam.nc"), mesh)
+        assert ("path-in-inches" in [f.code for f in found]) is doubted
 
 
 def test_a_part_placed_in_metres_is_said_first(tmp_path: Path) -> None:
@@ -91,7 +115,7 @@ def test_a_refusal_names_metres_as_its_likely_cause(tmp_path: Path, place: str, 
 )
 def test_what_looks_like_metres(tmp_path: Path, place: str, suspect: bool) -> None:
     """Not all whole, all below 3, and the path ten times as wide: the engraving is 224 mm wide."""
-    (tmp_path / "setup.toml").write_text(f"part_in_base = [{place}]\n", encoding="utf-8")
+    (tmp_path / "setup.toml").write_text(f"part_in_base = [{place}]\n{MILL}", encoding="utf-8")
     cell = read_cell(KR15)
     found = taken_for_granted(cell, read_setup(tmp_path / "setup.toml", cell), read_toolpath(SAMPLE))
     assert [f.code for f in found] == ["part-in-metres"] * suspect
@@ -101,7 +125,7 @@ def test_what_looks_like_metres(tmp_path: Path, place: str, suspect: bool) -> No
 def test_a_tiny_part_may_lie_at_a_tiny_offset(tmp_path: Path, width: float, suspect: bool) -> None:
     lines = ["UNITS/MM", "SPINDL/RPM,9000,CLW", "FEDRAT/MMPM,300", "GOTO/0,0,5", f"GOTO/{width},0,5", "FINI", ""]
     (tmp_path / "small.apt").write_text("\n".join(lines), encoding="utf-8")
-    (tmp_path / "setup.toml").write_text("part_in_base = [0.6, 0, 2.5, 0, 0, 0]\n", encoding="utf-8")
+    (tmp_path / "setup.toml").write_text(f"part_in_base = [0.6, 0, 2.5, 0, 0, 0]\n{MILL}", encoding="utf-8")
     cell = read_cell(KR15)
     setup = read_setup(tmp_path / "setup.toml", cell)
     found = taken_for_granted(cell, setup, read_toolpath(tmp_path / "small.apt"))
@@ -163,7 +187,7 @@ def test_a_tool_in_metres_or_not_the_files_is_said(tmp_path: Path, tool: str, co
 @pytest.mark.parametrize(("scale", "aside", "said"), [(1.0, 0.0, False), (1e-3, 0.0, True), (1.0, 0.4, True)])
 def test_a_stock_that_the_path_does_not_meet_is_said(tmp_path: Path, scale: float, aside: float, said: bool) -> None:
     plate = np.array([[-0.12, -0.05, 0.0], [0.12, -0.05, 0.0], [0.12, 0.05, 0.02]])[None]
-    (tmp_path / "setup.toml").write_text("part_in_base = [0, 0, 200, 0, 0, 0]\n", encoding="utf-8")
+    (tmp_path / "setup.toml").write_text(f"part_in_base = [0, 0, 200, 0, 0, 0]\n{MILL}", encoding="utf-8")
     cell = read_cell(KR15)
     setup = read_setup(tmp_path / "setup.toml", cell)
     found = taken_for_granted(cell, setup, read_toolpath(SAMPLE), scale * plate + [aside, 0.0, 0.0])

@@ -58,11 +58,12 @@ def _load(cell: Cell, setup: Setup) -> Iterator[Finding]:
         yield Finding("overload", text, value=mass, limit=cell.payload, unit="kg")
 
 
-def doubtful_setup(setup: Setup, toolpath: Toolpath) -> Iterator[Finding]:
+def doubtful_setup(setup: Setup, toolpath: Toolpath, *, told: bool = False) -> Iterator[Finding]:
     """A path that is in mm and read as inches, a tool's frame in metres or the wrong way round, a clearance in metres, and rapids
-    slower than every cut.
+    slower than every cut. told: a stock says how large the path is.
     """
-    yield from _inches(toolpath)
+    if not told:
+        yield from _inches(toolpath)
     for tool in setup.tools:
         yield from _tool_frame(tool)
     if setup.clearance is not None and 0.0 < setup.clearance < _LEAST_CLEARANCE:

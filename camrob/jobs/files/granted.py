@@ -30,6 +30,7 @@ _ANOTHER = mm_to_m(0.1)  # by which a worn or reground tool may differ from the 
 _SINKS = mm_to_m(1.0)  # into a table: a drawing's rounding, a T-nut's play
 _RAYS, _FINEST = 400, mm_to_m(0.25)  # across a stock, and no finer
 _IN_STOCK = 0.02  # of the cuts: where fewer are near the stock, it lies elsewhere or is of another size
+_WITHIN = 0.9  # likewise: where more are, the stock says how large the path is, and that in mm
 _INCH, _METRE = 25.4, 1000.0  # mm
 _FILLS, _ROOM = 0.5, 0.1  # of a stock's width: what cuts take of it at the least, and may pass it by
 
@@ -56,8 +57,10 @@ def taken_for_granted(
         _beside(cell, setup, toolpath, [mesh for mesh in (stock, part) if mesh is not None]),
         None if stock is None else _rapids(setup, toolpath, stock),
         *(_sunk(cell, setup, what, mesh) for what, mesh in (("stock", stock), ("part", part)) if mesh is not None),
+        _no_tool(cell, setup),
     ]
-    doubted = *doubtful_setup(setup, toolpath), *doubtful_cell(cell, setup)
+    told = stock is not None and _near(toolpath, stock) > _WITHIN * len(_cuts(toolpath))
+    doubted = *doubtful_setup(setup, toolpath, told=told), *doubtful_cell(cell, setup)
     return (*(f for f in found if f is not None), *doubted, *_bare_links(cell))
 
 
@@ -149,10 +152,8 @@ def _beside(cell: Cell, setup: Setup, toolpath: Toolpath, bodies: list[Array]) -
 
 def _apart(toolpath: Toolpath, stock: Array, what: str) -> Finding | None:
     """A stock or part that hardly any cut comes near to: of another unit, or placed elsewhere."""
-    points = _cuts(toolpath)
+    points, near = _cuts(toolpath), _near(toolpath, stock)
     low, high = stock.reshape(-1, 3).min(axis=0), stock.reshape(-1, 3).max(axis=0)
-    room = max((t.diameter for t in toolpath.tools), default=0.0)
-    near = int(np.count_nonzero(np.all((points > low - room) & (points < high + room), axis=1)))
     if not len(points) or near > _IN_STOCK * len(points):
         return None
     (x, y, z), (path_x, path_y, path_z) = (
@@ -164,6 +165,14 @@ def _apart(toolpath: Toolpath, stock: Array, what: str) -> Finding | None:
         f"Y {path_y}, Z {path_z}): check the unit of its mesh, and that its origin is the CL data's"
     )
     return Finding(f"{what}-apart", text, count=len(points) - near)
+
+
+def _near(toolpath: Toolpath, stock: Array) -> int:
+    """How many points of the cuts lie in the box about a stock, or a tool's width beside it."""
+    points = _cuts(toolpath)
+    low, high = stock.reshape(-1, 3).min(axis=0), stock.reshape(-1, 3).max(axis=0)
+    room = max((t.diameter for t in toolpath.tools), default=0.0)
+    return int(np.count_nonzero(np.all((points > low - room) & (points < high + room), axis=1)))
 
 
 def _rapids(setup: Setup, toolpath: Toolpath, stock: Array) -> Finding | None:
@@ -242,13 +251,28 @@ def _no_setup(cell: Cell, setup: Setup) -> Finding | None:
             return None
         text = f"{setup.path.name} says nothing of where the part lies: its frame is taken for base itself; give part_in_base"
         return Finding("part-unplaced", text)
-    numbers = mm_deg_from_frame(np.asarray(cell.flange_T_tool))
-    tool = " ".join(f"{n} {v:.3f}" for n, v in zip("XYZABC", np.round(numbers, 3) + 0.0, strict=True))
     text = (
-        f"no set-up: the part's frame is taken for base itself, the tool for the cell's own ({tool}), and there is"
+        f"no set-up: the part's frame is taken for base itself, the tool for the cell's own ({_own_tool(cell)}), and there is"
         " neither part nor stock to collide with; write setup.toml beside the CL file, or give --setup"
     )
     return Finding("no-setup", text)
+
+
+def _no_tool(cell: Cell, setup: Setup) -> Finding | None:
+    """What stands in for a tool of which the set-up says nothing."""
+    if not setup.toolless:
+        return None
+    text = (
+        f"{setup.path.name if setup.path else 'the set-up'} says nothing of the tool: it is taken for the cell's own "
+        f"({_own_tool(cell)}), as thick and long as the cell draws it; give [tool]"
+    )
+    return Finding("tool-unsaid", text)
+
+
+def _own_tool(cell: Cell) -> str:
+    """The frame of the cell's tool, in words."""
+    numbers = mm_deg_from_frame(np.asarray(cell.flange_T_tool))
+    return " ".join(f"{n} {v:.3f}" for n, v in zip("XYZABC", np.round(numbers, 3) + 0.0, strict=True))
 
 
 def _in_metres(setup: Setup, toolpath: Toolpath) -> Finding | None:

@@ -111,7 +111,7 @@ footer = ["$OUT[1] = FALSE ;spindle off, whatever the CL file says", "$OUT[2] = 
 
 [resolve]
 threshold = 0.5
-standing = "paper"
+standing = "assumed"
 """
 
 

@@ -85,7 +85,11 @@ def _data(chart: LineChart) -> dict[str, Any]:
         "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
         "shapes": [],
         "hovermode": "x unified",
-        "xaxis": {"title": {"text": plot_text(chart.x_title)}, **({"dtick": 1} if chart.counted else {})},
+        "xaxis": {
+            "title": {"text": plot_text(chart.x_title)},
+            "tickformat": ",~f",
+            **({"dtick": 1} if chart.counted else {}),
+        },
         "yaxis": {"title": {"text": plot_text(chart.y_title)}, "type": "log" if chart.logarithmic else "linear"},
         "legend": {"orientation": "h", "y": 1.12},
     }

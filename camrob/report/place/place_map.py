@@ -18,7 +18,10 @@ _CELL = 26.0  # pixels: room for a number of two decimals
 _LEFT, _TOP, _GAP = 64.0, 54.0, 40.0  # pixels: margins for labels, and between two panels
 _WIDTH = 560.0  # that the words below need
 _SHADES = 10  # of the scale beside the words
-_BEST_HUE = 215.0  # degrees; red is low and blue is good, as on every other page
+_STOPS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
+"""From the least to the most: told apart by everyone, in print too. Red stands for a bad posture on other pages, and the least
+of a search need be none.
+"""
 
 
 def place_map(title: str, xyz_mm: Array, value: Array, best: int, here: int, refused: Sequence[str]) -> str:
@@ -78,12 +81,16 @@ def _scale(x: float, y: float, low: float, high: float) -> Sequence[str]:
     return [
         _label(x, y, f"{low:.3f}", "start"),
         *bars,
-        _label(right, y, f"{high:.3f}: how far from singular the arm can stay there (mean + lowest 1/k_F)", "start"),
+        _label(right, y, f"{high:.3f}: mean and lowest 1/k_F that the arm can have there, added up", "start"),
     ]
 
 
 def _color(share: float) -> str:
-    return f"hsl({_BEST_HUE * share:.0f},70%,45%)"
+    """The colour at a share of the way through _STOPS."""
+    at = min(max(share, 0.0), 1.0) * (len(_STOPS) - 1)
+    k = min(int(at), len(_STOPS) - 2)
+    low, high = (np.array([int(stop[i : i + 2], 16) for i in (1, 3, 5)]) for stop in _STOPS[k : k + 2])
+    return "#" + "".join(f"{round(v):02x}" for v in (low + (at - k) * (high - low)).tolist())
 
 
 def _cell(x: float, y: float, place: Array, value: float, low: float, high: float, refused: str) -> Sequence[str]:
@@ -99,7 +106,10 @@ def _cell(x: float, y: float, place: Array, value: float, low: float, high: floa
             f"M{x + max(0.0, c - side):.1f} {y + min(c, side):.1f}L{x + min(c, side):.1f} {y + max(0.0, c - side):.1f}"
             for c in np.arange(0.25, 2.0, 0.25) * side
         )
-        out.append(f'<path class="refused" d="{lines}" stroke="#fff" stroke-width="2">{hint}</path>')
+        strokes = "".join(
+            f'<path d="{lines}" stroke="{c}" stroke-width="{w}"/>' for c, w in (("#fff", 3), ("#000", 1))
+        )  # seen on light and dark
+        out.append(f'<g class="refused">{strokes}{hint}</g>')
     return out
 
 
@@ -108,9 +118,10 @@ def _marks(x: float, y: float, best: bool, here: bool) -> Sequence[str]:
     center = 0.5 * (_CELL - 1)
     out = []
     if best:
-        out.append(
-            f'<circle cx="{x + center:.1f}" cy="{y + center:.1f}" r="8" fill="none" stroke="#000" stroke-width="2"/>'
-        )
+        out += [
+            f'<circle cx="{x + center:.1f}" cy="{y + center:.1f}" r="8" fill="none" stroke="{color}" stroke-width="{width}"/>'
+            for color, width in (("#fff", 4), ("#000", 2))
+        ]
     if here:
         a, b = x + center - 5.0, y + center - 5.0
         out += [

@@ -99,5 +99,5 @@ def _figures(summary: VerifySummary) -> RenderableType:
         if replay.blocks is not None and replay.blocks.short:
             grid.add_row("Too short", shown_text(shown_blocks(replay.blocks)))
         lowest = shown_number(replay.conditioning.inv_kf_min, 3)
-        grid.add_row("Conditioning", f"1/k_F lowest {lowest} (0 is singular, 1 ideal)")
+        grid.add_row("Conditioning", f"1/k_F lowest {lowest}, moves through air included (0 is singular, 1 ideal)")
     return grid

@@ -28,7 +28,7 @@ PICTURES = 4
 _ROWS = 200  # of a table
 _HEADINGS = ("", "what", "program line", "CL line", "off by", "allowed")
 _WIDE = "grid-template-columns: repeat(auto-fit, minmax(min(440px, 100%), 1fr))"
-_MOTION = "motion of the program"
+_LINE, _MOTION = "program line", "motion of the program"
 _WORDS = {True: "good", False: "bad", None: "not judged"}
 
 
@@ -160,7 +160,11 @@ def _cards(summary: VerifySummary) -> str:
         )
     if replay is not None:
         cards.append(
-            ("How far from singular", number(replay.conditioning.inv_kf_min, 3), "lowest 1/k_F: 0 is singular")
+            (
+                "How far from singular",
+                number(replay.conditioning.inv_kf_min, 3),
+                "lowest 1/k_F, moves through air included: 0 is singular",
+            )
         )
         cards.append(("Motions", f"{summary.motions or 0:,}", f"in {', '.join(summary.files)}"))
         if replay.blocks is not None and replay.blocks.short:
@@ -175,7 +179,9 @@ def _why(good: bool | None, summary: VerifySummary) -> str:
 
 def _charts(motions: VerifiedMotions) -> list[LineChart]:
     """Along the program: how near limits and singular postures lie."""
-    count = np.arange(1, len(motions.line) + 1).astype(float)
+    line = np.asarray(motions.line)
+    in_turn = bool(np.all(np.diff(line) >= 0))  # no loop, and no part in a file of its own
+    count, along = (line.astype(float), _LINE) if in_turn else (np.arange(1.0, len(line) + 1.0), _MOTION)
     known = np.where(np.isfinite(motions.inv_kf), motions.inv_kf, np.nan)
     margin = np.asarray(rad_to_deg(motions.margin))
     limits = (Curve("least margin", count, margin), Curve("the limit", count, np.zeros(len(count)), "dash", 3))
@@ -187,6 +193,6 @@ def _charts(motions: VerifiedMotions) -> list[LineChart]:
         near += " The curves end where the program can’t be followed any further."
     singular = "Least 1/k_F within each motion: 0 is singular. Where an axis motion leads, none is reckoned."
     return [
-        LineChart("margins", "How near the arm’s limits are", near, _MOTION, "least margin [degrees]", limits),
-        LineChart("conditioning", "How far from singular", singular, _MOTION, "lowest 1/k_F [–]", tuple(conditioning)),
+        LineChart("margins", "How near the arm’s limits are", near, along, "least margin [degrees]", limits),
+        LineChart("conditioning", "How far from singular", singular, along, "lowest 1/k_F [–]", tuple(conditioning)),
     ]
