@@ -209,7 +209,7 @@ def test_a_hurried_plan_that_is_worse_than_the_published_method_says_so(
     mean = hurried_plan.plan.reached_mean
     for better in (False, True):
         other = replace(hurried_plan, inv_kf=np.full(len(path), mean + (0.01 if better else -0.01)))
-        monkeypatch.setattr(hurried, "resolve_vjm", lambda *_cell_and_path, other=other: other)
+        monkeypatch.setattr(hurried, "resolve_published", lambda *_cell_and_path, other=other: other)
         said = [f for f in resolve_planned(CELL, path, seconds=0.0).findings if f.code == "plan-hurried"]
         assert len(said) == better
         whole = resolve_planned(CELL, path, mode="still")
