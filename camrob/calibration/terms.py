@@ -157,7 +157,7 @@ def standard_names(cell: Cell, *, table: bool = False, track: bool = True, harmo
 
     Base and tool (12); zeros of the arm (6); its axes' places (24), with the zeros the 30 geometric ones; 5
     compliances, A2 to A6, where the cell says its masses; scale and place of external axes (of workpiece axes with
-    `table`: measured from `base`); `harmonics` orders of gear ripple an arm axis.
+    `table`: measured from `base`), scale of the arm's own slides; `harmonics` orders of gear ripple an arm axis.
     """
     arm = [j.name for j in cell.joints if j.role is Role.ARM]
     names = [*FRAMES]
@@ -165,6 +165,7 @@ def standard_names(cell: Cell, *, table: bool = False, track: bool = True, harmo
         if (joint.role is Role.CARRIAGE and track) or (joint.role is Role.WORKPIECE and table):
             places = ("rx", "ry") if joint.prismatic else ("x", "y", "rx", "ry")
             names += [f"{joint.name}.{part}" for part in ("scale", *places)]
+    names += [f"{j.name}.scale" for j in cell.joints if j.role is Role.ARM and j.prismatic]
     names += [f"{a}.zero" for a in arm]
     names += [f"{a}.{part}" for a in arm for part in ("x", "y", "rx", "ry")]
     if cell.masses:

@@ -42,9 +42,9 @@ from camrob.gap.locate.passing_times import timing_of
 from camrob.gap.locate.path_standards import path_standards
 from camrob.gap.long_logs import left_out_of, shortened
 from camrob.gap.next_run import NextRun, next_run
+from camrob.gap.observation.as_recorded import as_recorded
 from camrob.gap.observation.believable import check_believable
 from camrob.gap.observation.clocks import Alignment, align
-from camrob.gap.observation.late_clock import brought_together
 from camrob.gap.observation.program_track import ProgramTrack, track_of
 from camrob.gap.observation.scene import Scene
 from camrob.gap.path_errors import fitted_errors, withheld_errors
@@ -54,7 +54,7 @@ from camrob.gap.states.changed_machine import shown_in, with_change
 from camrob.gap.states.told import told
 from camrob.gap.stood_elsewhere import moved_between, own_frame, stood_elsewhere
 from camrob.gap.tool_stretches import tool_stretches
-from camrob.gap.verdict.instrument_suspect import instrument_suspect
+from camrob.gap.verdict.instrument_suspect import also_said, instrument_suspect
 from camrob.gap.verdict.verdict import Verdict
 from camrob.gap.verdict.within import tolerance_of
 from camrob.kinematics.frames import base_T_tool, world_T_base
@@ -110,7 +110,7 @@ def diagnose(
     tell("reading the gap", 0.05)
     logs, tooled, laid = _of_one_tool(logs, programs, cell)
     withheld, kept, _ = _of_one_tool(withheld, withheld_programs, cell)
-    clock, held = brought_together(logs, tooled), brought_together(withheld, kept)
+    clock, held = as_recorded(logs, tooled), as_recorded(withheld, kept)
     taken, apart = shortened(clock.logs), shortened(held.logs)
     scenes = fitted_scenes(taken, tooled)
     kept_out = [withheld_scene(log, own, scenes) for log, own in zip(apart, kept, strict=True)]
@@ -138,13 +138,13 @@ def diagnose(
     planned = next_run(model, verdict, effects)
     # the gap is what frames that fit best leave, whatever explains it
     shown = first if relaid else model
-    places = _places(shown, by_stage, timings, left_out_of([*logs, *withheld], [*taken, *apart]))
+    places = _places(shown, by_stage, timings, left_out_of([*clock.logs, *held.logs], [*taken, *apart]))
     late = {s.name: d for s, d in zip((*scenes, *kept_out), (*clock.delays, *held.delays), strict=True) if d}
     said = _said(
         cell.name, without, scenes, _gap(shown), places, alignment, verdict, planned, late, moved=own is not None
     )
     said = replace(said, axes_report=with_friction(said.axes_report, [*scenes, *kept_out]))
-    summary = told(with_local_poses(with_corners(said, corners), scenes))
+    summary = also_said(told(with_local_poses(with_corners(said, corners), scenes)), (*clock.said, *held.said))
     tell("done", 1.0)
     return Diagnosis(
         summary,

@@ -1,4 +1,4 @@
-"""The linear track: its scale, its direction, its straightness over the travel that the logs pass."""
+"""The linear track: its scale, its direction, its straightness over the travel that the logs pass; an arm's own slides: scale."""
 
 from __future__ import annotations
 
@@ -30,12 +30,11 @@ _SLOPE, _MOST = 2e-4, 20.0  # m a m, as rails are laid; times the ordinary size 
 
 def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     cell = scenes[0].cell
-    units = []
+    units = [Unit("track", a, (_scale(a),), key="scale") for a in _stages(scenes)]
     for joint in cell.joints:
         if joint.role is not Role.CARRIAGE or not joint.prismatic or not moved(scenes, joint.name):
             continue
         tilt, bow, yaw = deg_to_rad(0.02), mm_to_m(0.2), deg_to_rad(0.02)
-        scale = EffectParameter(f"{joint.name}_scale", "1", 2e-4, -4e-3, 4e-3)
         lean = [EffectParameter(f"{joint.name}_r{p}_deg", "deg", tilt, -0.01, 0.01) for p in "xy"]
         bows = [
             EffectParameter(f"{joint.name}_bow{k}_{p}_mm", "mm", bow, -0.005, 0.005, beside=k == 0)
@@ -44,7 +43,7 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         ]
         travel = np.concatenate([s.link[:, s.index(joint.name)] for s in scenes])
         middle, half = 0.5 * float(travel.max() + travel.min()), 0.5 * float(np.ptp(travel))
-        units.append(Unit("track", joint.name, (scale,), key="scale"))
+        units.append(Unit("track", joint.name, (_scale(joint.name),), key="scale"))
         units.append(Unit("track", joint.name, tuple(lean), key="direction"))
         units.append(Unit("track", joint.name, tuple(bows), key=f"straightness {middle:.6f} {half:.6f}"))
         for p in "xyz":
@@ -56,6 +55,16 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
         units += _courses(joint.name, float(travel.min()), float(travel.max()))
         units += _pieces(scenes, joint.name)
     return tuple(units)
+
+
+def _stages(scenes: Sequence[Scene]) -> list[str]:
+    """Sliding axes of the arm itself, a lift's or a gantry's: how they lie is the geometry's, what their screws count is not."""
+    slides = [j.name for j in scenes[0].cell.joints if j.role is Role.ARM and j.prismatic]
+    return [a for a in slides if moved(scenes, a)]
+
+
+def _scale(axis: str) -> EffectParameter:
+    return EffectParameter(f"{axis}_scale", "1", 2e-4, -4e-3, 4e-3)
 
 
 def _courses(axis: str, first: float, last: float) -> list[Unit]:
@@ -132,7 +141,7 @@ def _terms(unit: Unit, state: State) -> tuple[str, ...]:
 
 EFFECT = Effect(
     name="track",
-    physics="The track's rack is longer or shorter than it counts, points elsewhere, and is not straight, or in pieces.",
+    physics="The track's rack, or a slide's screw, is longer or shorter than it counts; a track is bent, or points elsewhere.",
     stages=("encoder_to_tcp",),
     regimes=("position",),
     experiment="drive the track alone from end to end and back, the arm's axes at rest",

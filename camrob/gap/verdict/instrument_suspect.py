@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,11 +13,11 @@ from camrob.gap.evidence.model import Model
 from camrob.gap.observation.few_decimals import rounding_of
 from camrob.gap.observation.noise import local_of
 from camrob.gap.verdict.belief import BELIEF
-from camrob.summaries.diagnosis_summary import EffectFound
+from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
 from camrob.summaries.fitted.instrument_figures import GrossRow, GrossRows, InstrumentSuspect
 from camrob.units import m_to_mm
 
-__all__ = ["instrument_suspect"]
+__all__ = ["also_said", "instrument_suspect"]
 
 _ROWS = 20  # that are named
 _MOVED = (
@@ -62,6 +63,12 @@ def instrument_suspect(
         gross=tuple(gross),
         text=_words([*([_MOVED] if moved else []), *accusations, *_coarse(model, stays)], gross, late or {}),
     )
+
+
+def also_said(summary: DiagnosisSummary, words: Sequence[str]) -> DiagnosisSummary:
+    """The same, and of the instrument first what was put right before anything was compared."""
+    said = [*words, *([summary.instrument.text] if summary.instrument.text else [])]
+    return replace(summary, instrument=replace(summary.instrument, text="; ".join(said)))
 
 
 def _coarse(model: Model, stays: float) -> list[str]:
