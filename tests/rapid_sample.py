@@ -101,7 +101,7 @@ def bracket() -> Program:
             ProgramEvent(8, kinds.HOOK, "coolant_off"),
         ),
         tools=RAPID.round.frame(np.array([[10.0, -20.5, 150.0, 0.0, 90.0, 0.0]])),
-        loads=RAPID.round.load(np.array([[38.5, 0.0, -20.25, 300.0], [21.0, 0.0, 0.0, 150.0]])),
+        loads=RAPID.round.load(np.array([[38.5, 0.0, -20.25, 300.0, 0, 0, 0], [21.0, 0.0, 0.0, 150.0, 0, 0, 0]])),
     )
 
 

@@ -30,6 +30,7 @@ FASTEST_MM_MIN = 180_000.0  # no controller's `$VEL.CP` goes beyond 3 m/s
 SLOWEST_MM_MIN = 0.06  # the least that six decimals of `$VEL.CP` can print
 HEAVIEST_KG = 1000.0  # no arm that mills carries more
 FARTHEST_MASS_MM = 5000.0  # nor farther off its flange
+LARGEST_INERTIA = 1000.0  # kg m^2: a ton, a metre off
 FARTHEST_MM = 1e5  # a frame that lies farther off is a slip of units
 LAST_LINE = 10**9  # no CL file has more lines
 FARTHEST_AXIS_MM = 20_000.0  # no machine tool's rotary axis lies farther from the part
@@ -238,7 +239,7 @@ def _tool(table: TableReader, cell: Cell, gauge: Array | None, *, numbered: bool
         if gauge is None:
             raise table.fail("gauge_length_mm", "is from the gauge line, which isn't told", "give flange_to_gauge_line")
         flange_T_tool = gauge @ pose(np.eye(3), [0.0, 0.0, -out])
-    mass, center = _load(table)
+    mass, center, inertia = _load(table)
     tool = ToolSetup(
         number=table.integer("number", lower=1, upper=10**6) if numbered else None,
         name=table.text("name") if "name" in table else "",
@@ -250,6 +251,7 @@ def _tool(table: TableReader, cell: Cell, gauge: Array | None, *, numbered: bool
         runout=_number(table, "runout_mm", 0.0, 1.0, mm_to_m) or 0.0,
         mass=mass,
         center_of_mass=center,
+        inertia=inertia,
     )
     table.finish()
     if tool.diameter and (tool.corner or 0.0) > 0.5 * tool.diameter * (1.0 + _ROUNDING):
@@ -271,17 +273,26 @@ def _holder(table: TableReader) -> tuple[tuple[float, float], ...]:
     return tuple((float(d), float(h)) for d, h in mm_to_m(pairs))
 
 
-def _load(table: TableReader) -> tuple[float | None, Array]:
-    """A tool's mass, kg, and its centre (3,) in `flange`, m; None and zeros where the file states neither."""
+def _load(table: TableReader) -> tuple[float | None, Array, Array]:
+    """A tool's mass, kg, its centre (3,) in `flange`, m, and moments (3,), kg m^2; None and zeros where the file states none."""
     if "mass_kg" not in table and "center_of_mass_mm" not in table:
-        return None, np.zeros(3)
+        if "inertia_kg_m2" in table:
+            raise table.fail("inertia_kg_m2", "stands without mass_kg", "give mass_kg and center_of_mass_mm beside it")
+        return None, np.zeros(3), np.zeros(3)
     mass = table.number("mass_kg", lower=1e-3, upper=HEAVIEST_KG)
     center = table.vector("center_of_mass_mm", 3)
     if np.max(np.abs(center)) > FARTHEST_MASS_MM:
         raise table.fail(
             "center_of_mass_mm", f"lies more than {FARTHEST_MASS_MM:g} mm off the flange", "give X, Y, Z in mm"
         )
-    return mass, mm_to_m(center)
+    inertia = table.vector("inertia_kg_m2", 3) if "inertia_kg_m2" in table else np.zeros(3)
+    if (
+        not np.all((inertia >= 0.0) & (2.0 * inertia <= inertia.sum() * (1.0 + _ROUNDING)))
+        or inertia.max() > LARGEST_INERTIA
+    ):
+        what = "are no moments of a body: none below 0, none above the other two together, in kg m^2"
+        raise table.fail("inertia_kg_m2", what, "give [JX, JY, JZ] as the flange's directions see them")
+    return mass, mm_to_m(center), inertia
 
 
 def _body(parent: TableReader, key: str) -> Body | None:

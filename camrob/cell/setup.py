@@ -25,6 +25,7 @@ class ToolSetup:
     given. diameter, length (from the tip to where the holder begins): m, 0.0 where not given. holder: diameters and lengths of
     its cylinders, from there on up, m, () where not given. runout: m, as a dial gauge reads it in a turn of the spindle.
     mass: kg of all that hangs on the flange with this tool, None where not given; center_of_mass: (3,) its centre in `flange`, m.
+    inertia: (3,) kg m^2, its moments about the flange's directions through that centre, zeros where not given.
     """
 
     number: int | None
@@ -37,10 +38,12 @@ class ToolSetup:
     runout: float = 0.0
     mass: float | None = None
     center_of_mass: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "flange_T_tool", locked(self.flange_T_tool, shape=(4, 4), name="flange_T_tool"))
         object.__setattr__(self, "center_of_mass", locked(self.center_of_mass, shape=(3,), name="center_of_mass"))
+        object.__setattr__(self, "inertia", locked(self.inertia, shape=(3,), name="inertia"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +110,7 @@ class Setup:
         runout_mm = 0.02               likewise: what a dial gauge at the cutter reads in a turn of the spindle
         mass_kg = 38.5                 of spindle, holder and tool together: the program then sets the controller's load data
         center_of_mass_mm = [X, Y, Z]            its centre in the flange's frame; both or neither, for every tool or for none
+        inertia_kg_m2 = [JX, JY, JZ]             its moments through that centre about the flange's directions; a point without it
         gauge_length_mm = 153.2        from the spindle's gauge line to the tip, in place of flange_to_tool
         tool_library = "tools.csv"     above all tables: a CAM system's tools, a file beside this one
         flange_to_gauge_line = [X, Y, Z, A, B, C]      likewise: the spindle's gauge line, z from the tip to the spindle
@@ -169,7 +173,11 @@ class Setup:
         """What the placement, tools and choices are; meshes by their names."""
         tools = [(t.number, t.flange_T_tool, t.diameter, t.length) for t in self.tools]
         cut = [(t.number, t.corner, t.holder, t.runout) for t in self.tools if t.holder or t.runout]
-        loads = [(t.number, t.mass, t.center_of_mass) for t in self.tools if t.mass is not None]
+        loads = [
+            (t.number, t.mass, t.center_of_mass, *((t.inertia,) if t.inertia.any() else ()))
+            for t in self.tools
+            if t.mass is not None
+        ]
         bodies = [(str(b.mesh), b.scale, b.lower, b.upper) for b in (self.part, self.stock) if b is not None]
         choices = (self.units, self.dialect, self.rapid_feed, self.feed, self.spindle_rpm, self.clearance)
         kept = (

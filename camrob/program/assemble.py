@@ -67,9 +67,10 @@ def assemble_program(
     """The program of a solved path: HOME, a PTP to the first point, LIN and CIRC along the path, HOME.
 
     process: what happens on the way. cells: for each stretch of the path the cell with the tool that it is made with; between
-    two of them lies the pose for changes, to which and from which PTP leads. loads: (stretches, 4) kg and mm, what hangs on the
-    flange on each, None where nobody says. rapid_speed: m/s of moves in air. keep: (N,) False for points that decimation leaves
-    out. speed: (N,) m/s that replaces the feed, where given. Poses are of the eight real axes, the virtual roll at 0.
+    two of them lies the pose for changes, to which and from which PTP leads. loads: (stretches, 7) kg, mm and kg m^2, what
+    hangs on the flange on each, None where nobody says. rapid_speed: m/s of moves in air. keep: (N,) False for points that
+    decimation leaves out. speed: (N,) m/s that replaces the feed, where given. Poses are of the eight real axes, the virtual
+    roll at 0.
     """
     rounding = language.round
     points = RegionPoints(path, [r for r in toolpath.regions if len(r)])
@@ -87,7 +88,7 @@ def assemble_program(
     program_rows = ProgramRows(points, point)
     begins = [0, *(c.region for c in process.changes)]
     mounted = {begins[k]: int(index.ravel()[k]) for k in changed.tolist()}
-    held = np.zeros((0, 4)) if loads is None else rounding.load(loads)
+    held = np.zeros((0, 7)) if loads is None else rounding.load(loads)
     other = [k for k in range(len(held)) if k == 0 or not np.array_equal(held[k], held[k - 1])]
     events, placed = program_events(process, program_rows, mounted, {begins[k]: k for k in other})
     events = tuple(sorted([*events, *_revisions_said(cell, rows)], key=lambda e: e.motion))

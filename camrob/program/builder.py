@@ -54,7 +54,7 @@ def build_program(
 
     kind: (N,) `Motion`. axis_values: (N, axes) degrees and mm at the motions' ends. frames: (N, 4, 4) the tool there in the frame
     that the program's base stands for, where a motion goes to a pose. speed: (N,) m/s of LIN and CIRC, left aside for PTP. tools:
-    (T, 6) further tools, and loads: (L, 4), rounded already, which events mount. Others: see `Program`; one value holds for all.
+    (T, 6) further tools, and loads: (L, 7), rounded already, which events mount. Others: see `Program`; one value holds for all.
     """
     base = None if cell.controller_section is None else cell.controller_section.base_frame
     kinds = np.asarray(kind, np.int8)
@@ -89,5 +89,5 @@ def build_program(
         comment=tuple(comment),
         events=tuple(events),
         tools=np.zeros((0, 6)) if tools is None else tools,
-        loads=np.zeros((0, 4)) if loads is None else loads,
+        loads=np.zeros((0, 7)) if loads is None else loads,
     )

@@ -49,8 +49,8 @@ class Program:
     camrob's own). region: (N,) index, -1 for motions outside of regions. safe: (N,) bool, the tool is at a safe retract, so that
     a sub-program may end after this motion.
     tool, base: X, Y, Z, A, B, C of the tool, and of the base (relative to the table where `base_follows_table`). tools: (T, 6)
-    further tools, which events mount on the way. loads: (L, 4) mass in kg and its centre X, Y, Z in `flange` in mm, which events
-    set; without any the controller's load data stay as they are.
+    further tools, which events mount on the way. loads: (L, 7) mass in kg, its centre X, Y, Z in `flange` in mm and its
+    moments about X, Y, Z there in kg m^2, which events set; without any the controller's load data stay as they are.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Program:
     comment: tuple[str, ...] = ()
     events: tuple[ProgramEvent, ...] = field(default=())
     tools: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 6)))
-    loads: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
+    loads: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 7)))
 
     def __post_init__(self) -> None:
         kind = locked(self.kind, shape=(None,), dtype=np.int8, name="kind")
@@ -90,7 +90,7 @@ class Program:
             ("safe", (n,), np.bool_),
             ("tool", (6,), np.float64),
             ("tools", (None, 6), np.float64),
-            ("loads", (None, 4), np.float64),
+            ("loads", (None, 7), np.float64),
             ("base", (6,), np.float64),
         ):
             object.__setattr__(self, name, locked(getattr(self, name), shape=shape, dtype=dtype, name=name))

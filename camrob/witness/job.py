@@ -37,7 +37,7 @@ class Tool:
     flange_T_tool: Array | None = None
     diameter: float | None = None
     length: float | None = None
-    load: tuple[float, float, float, float] | None = None  # kg, and the centre X, Y, Z on the flange, m
+    load: tuple[float, ...] | None = None  # kg, the centre X, Y, Z on the flange, m, and moments about X, Y, Z, kg m^2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,8 +74,8 @@ class Job:
         return self.tools.get(number, self.tools.get(0))
 
     @property
-    def loads(self) -> dict[int, tuple[float, float, float, float]]:
-        """Number to mass and centre, of tools whose mass is stated."""
+    def loads(self) -> dict[int, tuple[float, ...]]:
+        """Number to mass, centre and moments, of tools whose mass is stated."""
         return {number: tool.load for number, tool in self.tools.items() if tool.load is not None}
 
     @property
@@ -153,6 +153,7 @@ def _tool(fields: Fields, gauge: Array | None) -> Tool:
         "runout_mm",
         "mass_kg",
         "center_of_mass_mm",
+        "inertia_kg_m2",
         "gauge_length_mm",
     )
     diameter, length = fields.maybe("diameter_mm"), fields.maybe("length_mm")
@@ -167,7 +168,10 @@ def _tool(fields: Fields, gauge: Array | None) -> Tool:
         if np.linalg.norm(center) > _FAR:
             raise fields.wrong("center_of_mass_mm", "lies farther off the flange than any tool is long", "write mm")
         x, y, z = mm_to_m(center).tolist()
-        load = (mass, x, y, z)
+        moments = fields.numbers("inertia_kg_m2", 3, [0, 0, 0]).tolist()
+        if min(moments) < 0.0 or 2.0 * max(moments) > sum(moments) * (1.0 + 1e-9):
+            raise fields.wrong("inertia_kg_m2", "are no body's: one is below 0, or above the other two together")
+        load = (mass, x, y, z, *moments)
     held = frame(fields.numbers("flange_to_tool", 6)) if "flange_to_tool" in fields else None
     if held is None and gauge is not None and "gauge_length_mm" in fields:
         held = gauge.copy()  # the tip lies that far out of it, against its z

@@ -222,7 +222,9 @@ def test_several_tools_are_mounted_where_they_are_meant(spoken, tmp_path) -> Non
 
 def test_loads_are_set_where_they_are_meant(spoken, tmp_path) -> None:
     language, _ = spoken
-    loads = language.round.load(np.array([[38.51234567, 1.5, -20.25, 300.0], [21.0, 0.0, 0.0, 150.123456]]))
+    loads = language.round.load(
+        np.array([[38.51234567, 1.5, -20.25, 300.0, 1.25, 1.2, 0.0612], [21.0, 0, 0, 150.123456, 0, 0, 0]])
+    )
     events = tuple(ProgramEvent(row, KIND.LOAD, value=float(k)) for row, k in ((0, 0), (3, 1)))
     silent = rounded(language, make_program([PTP, POSE, LIN, PTP, POSE, LIN, PTP]))
     program = dataclasses.replace(silent, events=events, loads=loads)

@@ -85,6 +85,6 @@ def test_what_one_system_takes_for_a_lines_end_and_another_not_is_refused(tmp_pa
 def test_a_program_of_any_name_is_held_to_its_own_data() -> None:
     """What is meant names the data as they are printed."""
     program = bracket()
-    silent = dataclasses.replace(program, events=(), loads=np.zeros((0, 4)))
+    silent = dataclasses.replace(program, events=(), loads=np.zeros((0, 7)))
     said = RAPID.meant(silent, controller()).opening
     assert [line for line in said if "TLOAD" in line] == ["T_BRACKET_7 . TLOAD := TSPINDLE . TLOAD"]

@@ -66,6 +66,34 @@ def test_another_load_or_none_does_not_pass(tmp_path: Path, old: str, new: str) 
     assert not verify(source, cell=KR15, against=tmp_path / "in" / "part.nc", manifest=False).ok
 
 
+TURNING = HEAVY + "inertia_kg_m2 = [1.25, 1.2, 0.06]\n"
+TURNING_SAID = HEAVY_SAID.replace("J {X 0.0,Y 0.0,Z 0.0}", "J {X 1.250,Y 1.200,Z 0.060}")
+
+
+def test_moments_of_inertia_stand_in_the_load(tmp_path: Path) -> None:
+    """The numbers of the set-up, and the witness holds each of them to it."""
+    made = posted(tmp_path, "part.nc", GCODE, setup=tools(TURNING, LIGHT))
+    assert [line.strip() for line in loads(text_of(made))] == [TURNING_SAID, LIGHT_SAID]
+    source = made.out / "part.src"
+    text = source.read_bytes()
+    assert verify(source, cell=KR15, against=tmp_path / "in" / "part.nc").ok
+    source.write_bytes(text.replace(b"Y 1.200,Z 0.060", b"Y 1.210,Z 0.060"))
+    assert not verify(source, cell=KR15, against=tmp_path / "in" / "part.nc", manifest=False).ok
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [
+        (LIGHT + "inertia_kg_m2 = [-1, 1, 1]\n", "no moments of a body"),
+        (LIGHT + "inertia_kg_m2 = [3, 1, 1]\n", "no moments of a body"),
+        ("inertia_kg_m2 = [1, 1, 1]\n", "without mass_kg"),
+    ],
+)
+def test_moments_that_no_body_has(tmp_path: Path, given: str, match: str) -> None:
+    with pytest.raises(SetupError, match=match):
+        posted(tmp_path, "part.nc", GCODE, setup=tools(HEAVY, given))
+
+
 def test_a_load_of_the_same_tool_in_other_words_passes(tmp_path: Path) -> None:
     made = posted(tmp_path, "part.nc", GCODE, setup=tools(HEAVY, LIGHT))
     source = made.out / "part.src"

@@ -88,12 +88,14 @@ def _masses_stated(mounted: Sequence[MountedTool], setup: Setup, line: int) -> I
 
 
 def mounted_loads(mounted: Sequence[MountedTool]) -> Array | None:
-    """(stretches, 4) kg, and X, Y, Z in `flange` in mm, of each stretch's tool; None where the set-up states none, and where the
-    cell leaves the load to the controller.
+    """(stretches, 7) kg, X, Y, Z in `flange` in mm, and kg m^2 about X, Y, Z, of each stretch's tool; None where the set-up
+    states none, and where the cell leaves the load to the controller.
     """
     if any(m.tool.mass is None for m in mounted) or _load_of_controller(mounted):
         return None
-    return np.array([[m.tool.mass, *m_to_mm(np.asarray(m.tool.center_of_mass))] for m in mounted], np.float64)
+    return np.array(
+        [[m.tool.mass, *m_to_mm(np.asarray(m.tool.center_of_mass)), *m.tool.inertia] for m in mounted], np.float64
+    )
 
 
 def _load_of_controller(mounted: Sequence[MountedTool]) -> bool:

@@ -66,9 +66,10 @@ def krl_name(text: str, taken: Container[str] = ()) -> str:
 
 
 def load_aggregate(load: Sequence[float], decimals: int) -> str:
-    """`{M ..,CM {..},J {..}}` of a mass in kg and its centre X, Y, Z in mm: taken as a point, its axes the flange's."""
-    mass, x, y, z = (fixed_decimals(float(v), decimals) for v in load)
-    return f"{{M {mass},CM {{X {x},Y {y},Z {z},A 0.0,B 0.0,C 0.0}},J {{X 0.0,Y 0.0,Z 0.0}}}}"
+    """`{M ..,CM {..},J {..}}` of a mass in kg, its centre X, Y, Z in mm and moments in kg m^2, its axes the flange's."""
+    mass, x, y, z, *moments = (fixed_decimals(float(v), decimals) for v in load)
+    jx, jy, jz = moments if any(load[4:]) else ("0.0", "0.0", "0.0")
+    return f"{{M {mass},CM {{X {x},Y {y},Z {z},A 0.0,B 0.0,C 0.0}},J {{X {jx},Y {jy},Z {jz}}}}}"
 
 
 def frame_aggregate(xyzabc: Sequence[float], decimals: int) -> str:

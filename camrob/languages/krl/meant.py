@@ -70,9 +70,10 @@ def _event_statements(event: ProgramEvent, program: Program, controller: Control
     if event.kind is ProgramEventKind.DWELL:
         return [canonical(f"WAIT SEC {event.value:.3f}")]
     if event.kind is ProgramEventKind.LOAD:
-        mass, *center = (f"{v:.3f}" for v in (program.loads[int(event.value)] + 0.0).tolist())
-        where = ",".join(f"{c} {v}" for c, v in zip("XYZABC", (*center, "0.0", "0.0", "0.0"), strict=True))
-        return [canonical(f"$LOAD = {{M {mass},CM {{{where}}},J {{X 0.0,Y 0.0,Z 0.0}}}}")]
+        mass, *rest = (program.loads[int(event.value)] + 0.0).tolist()
+        where = ",".join(f"{c} {v:.3f}" for c, v in zip("XYZ", rest[:3], strict=True)) + ",A 0.0,B 0.0,C 0.0"
+        heavy = ",".join(f"{c} {v:.3f}" if any(rest[3:]) else f"{c} 0.0" for c, v in zip("XYZ", rest[3:], strict=True))
+        return [canonical(f"$LOAD = {{M {mass:.3f},CM {{{where}}},J {{{heavy}}}}}")]
     return []
 
 

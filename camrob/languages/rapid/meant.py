@@ -65,8 +65,8 @@ class _Said:
         if p.approximate[motion]:
             now["zone"] = self._zone
         if load >= 0:
-            mass, x, y, z = (repr(float(v)) for v in (np.asarray(p.loads[int(load)]) + 0.0).tolist())
-            now["load"] = f"{mass}, {x}, {y}, {z}, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0"
+            mass, x, y, z, *moments = (repr(float(v)) for v in (np.asarray(p.loads[int(load)]) + 0.0).tolist())
+            now["load"] = f"{mass}, {x}, {y}, {z}, 1.0, 0.0, 0.0, 0.0, {', '.join(moments)}"
         new = [f"{what} {text}" for what, text in now.items() if self._last.get(what) != text]
         self._last |= now
         return new

@@ -67,7 +67,7 @@ def frame(xyzabc: ArrayLike) -> Array:
 
 
 def load(load: ArrayLike) -> Array:
-    """Mass in kg and its centre in mm (..., 4), as printed."""
+    """Mass in kg, its centre in mm and its moments in kg m^2 (..., 7), as printed."""
     return rounded(load, LOAD_DECIMALS)
 
 

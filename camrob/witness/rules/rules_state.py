@@ -28,7 +28,7 @@ from camrob.witness.units import deg_to_rad, mm_to_m
 __all__ = ["Fittings", "Scene", "load_objections", "loads_by_frame", "state_objections"]
 
 Array = NDArray[np.float64]
-_MASS, _CENTER = 6e-4, 6e-7  # kg, m: what three decimals of `$LOAD` leave
+_MASS, _CENTER, _MOMENT = 6e-4, 6e-7, 6e-4  # kg, m, kg m^2: what three decimals of `$LOAD` leave
 _PLACE, _TURN = 2e-6, deg_to_rad(0.005)  # of `$TOOL`: three decimals
 
 
@@ -249,13 +249,18 @@ def _weighed(meant: tuple[float, ...] | None, load: Load | None, tool: str) -> t
         return f"a motion with {tool} without its load, where the set-up states its mass", ""
     mass, *rest = values
     center = mm_to_m(np.array(rest[:3]))
-    off = abs(mass - meant[0]) > _MASS or bool(np.any(np.abs(center - np.array(meant[1:])) > _CENTER))
+    off = abs(mass - meant[0]) > _MASS or bool(np.any(np.abs(center - np.array(meant[1:4])) > _CENTER))
+    told = any(meant[4:]) and not any(
+        rest[3:6]
+    )  # moments that the set-up states, and the centre's axes are the flange's
+    off = off or (told and bool(np.any(np.abs(np.array(rest[6:9]) - np.array(meant[4:])) > _MOMENT)))
     if off:
         return (
-            f"the load is {mass:g} kg or lies elsewhere than the set-up has it for {tool}, which is {meant[0]:g} kg",
+            f"the load is {mass:g} kg, or lies or turns otherwise than the set-up has it for {tool}, which is {meant[0]:g} kg",
             "",
         )
-    known = not np.isnan([mass, *center]).any() and not any(rest[3:])
+    said = [mass, *center, *(rest[6:9] if told else ())]
+    known = not np.isnan(said).any() and not any(rest[3:6] if told else rest[3:])
     return "", "" if known else "the load holds what the set-up doesn't state, or what the text doesn't say"
 
 

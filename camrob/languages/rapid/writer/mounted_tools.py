@@ -13,8 +13,8 @@ __all__ = ["MountedTools"]
 class MountedTools:
     """The pairs of tool frame and load that a program moves with.
 
-    frames: X..C of each pair. loads: mass and centre, None where the program says nothing of it. of_motion: the pair of each
-    motion. Raises JobError for a tool or a load that no motion follows: nothing in RAPID would say it.
+    frames: X..C of each pair. loads: mass, centre and moments, None where the program says nothing of it. of_motion: the pair of
+    each motion. Raises JobError for a tool or a load that no motion follows: nothing in RAPID would say it.
     """
 
     def __init__(self, program: Program) -> None:

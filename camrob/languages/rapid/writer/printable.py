@@ -127,5 +127,5 @@ def _cosine(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
 
 
 def _is_load(load: NDArray[np.float64]) -> bool:
-    """Whether a load (4,) is one: finite, and a mass above zero."""
+    """Whether a load (7,) is one: finite, and a mass above zero."""
     return bool(np.all(np.abs(load) < _LARGEST) and load[0] > 0.0)

@@ -149,10 +149,12 @@ def _pose(xyzabc: np.ndarray) -> str:
 
 
 def _load(load: np.ndarray | None) -> str:
-    """A loaddata, taken as a point; the one of ABB's tool0 until the opening sets the controller's own."""
+    """A loaddata, its axes the flange's; the one of ABB's tool0 until the opening sets the controller's own."""
     if load is None:
         return "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
-    return f"[{fixed_decimals(float(load[0]), LOAD_DECIMALS)},{row(load[1:].tolist(), LOAD_DECIMALS)},[1,0,0,0],0,0,0]"
+    mass, *moments = (fixed_decimals(float(v), LOAD_DECIMALS) for v in (load[0], *load[4:]))
+    heavy = ",".join(moments if load[4:].any() else "000")
+    return f"[{mass},{row(load[1:4].tolist(), LOAD_DECIMALS)},[1,0,0,0],{heavy}]"
 
 
 def _zone(distance_mm: float) -> str:
