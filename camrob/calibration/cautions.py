@@ -17,7 +17,16 @@ from camrob.cell.joint import Role
 from camrob.errors import LogError
 from camrob.units import m_to_mm
 
-__all__ = ["carries_badly", "cautions", "check_moved", "far_off", "moved_while_measured", "stand_still"]
+__all__ = [
+    "carries_badly",
+    "cautions",
+    "check_moved",
+    "far_off",
+    "move_words",
+    "moved_while_measured",
+    "stand_still",
+    "step_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -32,14 +41,21 @@ def check_moved(data: Measurements, left: Array) -> None:
     """Raise LogError where nearly all that base and tool leave of a log (N, 3), m, is one shift, from some row on: whatever is
     fitted then is little but the move.
     """
+    step = step_of(left) if data.sight is None else None
+    if step is not None:
+        what, hint = move_words(step[1])
+        raise LogError(
+            f"from this row on its {what}", hint=hint, path=data.name, line=int(np.asarray(data.lines)[step[0]])
+        )
+
+
+def step_of(left: Array) -> tuple[int, Array] | None:
+    """The row, and the shift (3,), m, from which on what is left (N, 3) lies elsewhere, where that is nearly all of it."""
     near = sliding_window_view(np.pad(left, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0)), "edge"), 2 * _NEIGHBOURS + 1, axis=0)
     off = np.linalg.norm(left - np.median(near, axis=2), axis=1)  # of a row alone, not of all from one on
     sound = np.flatnonzero(off <= _GROSS * np.median(off))
-    step = _one_step(left[sound]) if data.sight is None else None
-    if step is not None:
-        what, hint = _move(step[1])
-        line = int(np.asarray(data.lines)[sound[step[0]]])
-        raise LogError(f"from this row on its {what}", hint=hint, path=data.name, line=line)
+    step = _one_step(left[sound])
+    return None if step is None else (int(sound[step[0]]), step[1])
 
 
 def moved_while_measured(found: Sequence[tuple[Measurements, PoseErrors]]) -> tuple[str, ...]:
@@ -56,12 +72,12 @@ def moved_while_measured(found: Sequence[tuple[Measurements, PoseErrors]]) -> tu
         left = np.concatenate([errors.residuals["calibrated"][~errors.outlier, :3] for _, errors in own])[order]
         step = _one_step(left)
         if step is not None:
-            what, hint = _move(step[1])
+            what, hint = move_words(step[1])
             said.append(f"from line {lines[step[0]]} of {name or 'the log'} on, {what}; {hint}")
     return tuple(said)
 
 
-def _move(shift: Array) -> tuple[str, str]:
+def move_words(shift: Array) -> tuple[str, str]:
     """What happened, and what to do, in words."""
     by = ", ".join(f"{m_to_mm(v):.2f}" for v in shift)
     what = f"readings lie ({by}) mm off those before: the instrument or its target was moved"

@@ -75,7 +75,7 @@ _AXIS_WORDS = {
     "states",
     "axisact",
 }
-_NUMBERED = re.compile(r"(a|j|q|ax|axis|joint|achse|e|torque|tau|moment|current|axisact)_?(\d+)$")
+_NUMBERED = re.compile(r"(a|j|q|ax|axis|joint|achse|position|pos|e|torque|tau|moment|current|axisact)_?(\d+)$")
 _IN_DEGREES = {"aipos", "aspos", "axisact"}  # KUKA's own, which know no other unit
 _TORQUE, _CURRENT = {"torque", "tau", "moment"}, {"current", "strom"}
 _SEEN = {"meas", "measured", "tracker", "lt", "smr", "reflector", "point", "pos", "position", "coord", "coordinate"}

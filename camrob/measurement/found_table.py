@@ -29,6 +29,10 @@ _TURNED = 7.0  # rad: no axis of an arm goes farther from its zero, so that larg
 _STEPS_S = 0.05  # s from row to row: taken for ms they would be a rate that no recorder has
 _TURNING = (*AXES, *(f"c{n}" for n in AXES))
 _SLIDING = (*EXTERNAL, *(f"c{n}" for n in EXTERNAL))
+_MAY_BE = {
+    "t": ("time",),
+    **dict.fromkeys((*POSITION, "d"), ("lengths",)),
+}  # what a column's unit measures; of axes both
 _KINDS = {u: kind for kind, units in UNITS.items() for u in units}
 _QUATERNION, _FANUC = ("qw", "qx", "qy", "qz"), ("w", "p", "r")
 _UNCLEAR = (("rx", "ry", "rz"), ("yaw", "pitch", "roll"))
@@ -174,6 +178,11 @@ def _unit(
     """A column's unit, "" where [table] or the format tells it; None where the column is better left out. Raises LogError."""
     meaning = layout.meanings[column]
     kind = "angles" if name in _TURNING else "lengths" if name in (*POSITION, "d") else "time" if name == "t" else ""
+    told = _KINDS.get(meaning.unit, "")
+    if told and told not in _MAY_BE.get(name, ("angles", "lengths")):
+        what = f"{layout.names[column][:40]!r} is {name}, and said to be in {meaning.unit}"
+        hint = "correct the unit in its header or beneath it"
+        raise LogError(what, hint=hint, path=path, line=layout.at + 1 + layout.below)
     if not kind or meaning.unit or kind in facts.told:
         return meaning.unit if meaning.unit in _KINDS else ""
     if meaning.own:

@@ -128,7 +128,8 @@ def _is_the_formats(path: Path, found: TableFacts) -> bool:
     with path.open("rb") as file:
         first = file.readline().decode("utf-8-sig", "replace").strip()
     names = [name.strip().strip('"') for name in first.split(",")]
-    plain = found.separator == "," and found.header == 1 and not found.below and not found.last
+    stamped = "t" in found.columns and not found.columns["t"].unit  # dates, times of the day
+    plain = found.separator == "," and found.header == 1 and not found.below and not found.last and not stamped
     return plain and all(n in names for n in found.columns)
 
 

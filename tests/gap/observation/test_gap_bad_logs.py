@@ -127,7 +127,7 @@ BAD = {
     "a word": (lambda: changed(100, "A2", "hello"), ":102: A2 is 'hello'"),
     "metres": (lambda: scaled(1e-3, "x", "y", "z"), "metres"),
     "radians": (lambda: scaled(DEG, *AXES), "TCP lies|radians"),
-    "radians of the tool": (lambda: scaled(DEG, "a", "b", "c"), "the measured tool is turned"),
+    "radians of the tool": (lambda: scaled(DEG, "a", "b", "c"), "its a, b, c are in radians"),
     "the track in metres": (lambda: scaled(1e-3, "E1", "cE1"), "TCP lies"),
     "milliseconds": (lambda: scaled(1e6, "t"), "is t in milliseconds"),
     "nothing moves": (

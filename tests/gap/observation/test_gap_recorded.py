@@ -83,3 +83,10 @@ def test_targets_that_were_read_in_turn_are_told_apart(tmp_path: Path) -> None:
     assert not recorded(tmp_path, encoders(), Q, place)[1]
     place[::2] += [0.1, 0.0, 0.0]
     assert "every second reading of log.csv lies (0.10" in recorded(tmp_path, encoders(), Q, place)[1]
+
+
+def test_an_instrument_that_was_moved_is_told_with_the_line(tmp_path: Path) -> None:
+    place = seen(Q, wrong_deg=WRONG)
+    place[700:] += [18.0, -12.0, 8.0]
+    said = recorded(tmp_path, encoders(), Q, place)[1]
+    assert "from line 702 of log.csv on, readings lie (18" in said and "was moved" in said

@@ -263,11 +263,11 @@ def files() -> dict[str, Callable[[], Brought]]:
         "file: BOM": lambda: spelt(plain(), lambda s: "\ufeff" + s),
         "file: CRLF": lambda: spelt(plain(), lambda s: s.replace("\n", "\r\n")),
         "file: blank lines": lambda: spelt(plain(), lambda s: s.replace("\n", "\n\n"), "set.csv:2: there is an empty line"),
-        "file: comment first": lambda: spelt(plain(), lambda s: "# exported by TrackPro 3\n" + s, "set.csv:1: .*exported by"),
+        "file: comment first": lambda: spelt(plain(), lambda s: "# exported by TrackPro 3\n" + s),
         "file: two header rows": lambda: spelt(
             plain(), head(lambda h: h + "\n" + ",".join(["mm"] * len(h.split(",")))), "set.csv:2"
         ),
-        "file: tabs": lambda: spelt(plain(), lambda s: s.replace(",", "\t"), "tab"),
+        "file: tabs": lambda: spelt(plain(), lambda s: s.replace(",", "\t")),
         "file: quoted": lambda: spelt(plain(), head(lambda h: ",".join(f'"{n}"' for n in h.split(",")))),
         "file: spaces": lambda: spelt(plain(), lambda s: s.replace(",", ", ")),
         "file: trailing comma": lambda: spelt(plain(), lambda s: s.replace("\n", ",\n"), "set.csv"),
@@ -277,12 +277,12 @@ def files() -> dict[str, Callable[[], Brought]]:
             lambda s: "\n".join(x + (",operator" if k == 0 else ",Ann" if x else "") for k, x in enumerate(s.split("\n"))),
             "set.csv:1: .*operator.*leave it out",
         ),
-        "file: joint names": lambda: spelt(plain(), head(lambda h: h.replace("A", "J")), "A1|J1"),
-        "file: lower case": lambda: spelt(plain(), head(lambda h: h.replace("A", "a")), "A1|a1"),
+        "file: joint names": lambda: spelt(plain(), head(lambda h: h.replace("A", "J"))),
+        "file: lower case": lambda: spelt(plain(), head(lambda h: h.replace("A", "a"))),
         "file: clock times": lambda: spelt(
             plain(), lambda s: "\n".join(
                 [s.split("\n")[0], *(f"12:00:{k:02d}.5,{x.split(',', 1)[1]}" for k, x in enumerate(s.split("\n")[1:]) if x)]
-            ) + "\n", "set.csv:2",
+            ) + "\n",
         ),
         "file: header alone": lambda: spelt(plain(), lambda s: s.split("\n", 1)[0] + "\n", "set.csv"),
         "file: empty": lambda: spelt(plain(), lambda s: "", "set.csv"),

@@ -355,10 +355,10 @@ def brought() -> dict[str, Callable[[], Brought]]:
             "a run of positions": lambda m=m: run_of(m, turned=False),
             "a perfect run": lambda m=m: run_of(m, faults=Faults(), truth=frozenset()),
             "a header in capitals": lambda m=m: spelt(
-                set_of(m, 40), lambda s: s.replace("t,x,y,z", "Time,X,Y,Z", 1), "Time"
+                set_of(m, 40), lambda s: s.replace("t,x,y,z", "Time,X,Y,Z", 1), ""
             ),
             "units in the header": lambda m=m: spelt(
-                set_of(m, 40), lambda s: s.replace("t,x,y,z", "t [s],x [mm],y [mm],z [mm]", 1), "t "
+                set_of(m, 40), lambda s: s.replace("t,x,y,z", "t [s],x [mm],y [mm],z [mm]", 1), ""
             ),
             "drives": lambda m=m: drives(m),
             "drives T": lambda m=m: drives(m, kind="T"),
