@@ -12,7 +12,7 @@ from camrob.bodies.bodies import Body
 from camrob.cell.cell import Cell
 from camrob.cell.joint import Role
 from camrob.cell.setup import ToolSetup
-from camrob.checks.rooms import pair_rooms
+from camrob.checks.rooms import nearest_pairs
 
 __all__ = ["Nearest", "nearest_bodies"]
 
@@ -46,7 +46,7 @@ def nearest_bodies(
     the cell that can't be read.
     """
     arm = cell.indices(Role.ARM)
-    rooms = pair_rooms(
+    names, pair, distance = nearest_pairs(
         cell,
         q,
         part_mesh=part_mesh,
@@ -55,10 +55,7 @@ def nearest_bodies(
         tool=tool,
         keep=lambda one, other: not _neighbours(one, other, arm),
     )
-    if not rooms.names or not len(q):
-        return None
-    pair = np.argmin(rooms.distance, axis=0)
-    return Nearest(rooms.names, pair, rooms.distance[pair, np.arange(len(q))])
+    return Nearest(names, pair, distance) if names and len(q) else None
 
 
 def _neighbours(one: Body, other: Body, arm: Sequence[int]) -> bool:

@@ -13,6 +13,7 @@ from camrob.cell.read_cell import read_cell
 from camrob.cell.shape import Shape, ShapeKind
 from camrob.checks.collisions import check_collisions
 from camrob.checks.nearest import nearest_bodies
+from camrob.checks.rooms import pair_rooms
 from camrob.kinematics.frames import base_T_flange
 
 CELL = read_cell(Path(__file__).resolve().parents[2] / "cells" / "kr15_track_table")
@@ -41,6 +42,18 @@ def test_of_three_balls_the_nearest_two_are_named_with_the_room_between_them() -
     names = [set(found.pairs[k]) for k in found.pair]
     assert names == [{"held", ("left", "right")[k]} for k in np.argmin(room, axis=0)]
     assert len({frozenset(n) for n in names}) == 2, "both are nearest somewhere"
+
+
+def test_pairs_whose_balls_lie_too_far_off_are_left_out_and_change_nothing() -> None:
+    """Beside every pair in every posture, one by one."""
+    part = np.asarray(trimesh.creation.box((0.2, 0.1, 0.1)).triangles)
+    q = np.concatenate([wandering(60), CELL.q_home + 0.1 * wandering(60)])
+    found = nearest_bodies(CELL, q, part_mesh=part, base_T_part=np.eye(4))
+    assert found is not None
+    rooms = pair_rooms(CELL, q, part_mesh=part, base_T_part=np.eye(4))
+    distance = rooms.distance[[rooms.names.index(pair) for pair in found.pairs]]
+    assert np.array_equal(found.pair, np.argmin(distance, axis=0))
+    assert np.array_equal(found.distance, distance.min(axis=0))
 
 
 def test_limbs_next_to_each_other_and_the_tool_at_what_it_cuts_do_not_count() -> None:

@@ -17,7 +17,7 @@ __all__ = ["Curve", "LineChart", "chart_data", "chart_pair", "chart_section"]
 Array = NDArray[np.float64]
 
 _POINTS = 1500  # as many as a screen is wide, as least and greatest of each stretch
-_HEIGHT = 360  # pixels
+_HEIGHT = 380  # pixels
 _COLORS = ("#2b7de9", "#e08a1e", "#1a9c6b", "#d1495b", "#8a63d2", "#6b7785", "#b5651d", "#0aa3a3")
 
 
@@ -82,7 +82,7 @@ def _data(chart: LineChart) -> dict[str, Any]:
         )
     layout = {
         "height": _HEIGHT,
-        "margin": {"l": 64, "r": 16, "t": 8, "b": 46},
+        "margin": {"l": 64, "r": 16, "t": 34, "b": 80},
         "shapes": [],
         "hovermode": "x unified",
         "xaxis": {
@@ -91,7 +91,7 @@ def _data(chart: LineChart) -> dict[str, Any]:
             **({"dtick": 1} if chart.counted else {}),
         },
         "yaxis": {"title": {"text": plot_text(chart.y_title)}, "type": "log" if chart.logarithmic else "linear"},
-        "legend": {"orientation": "h", "y": 1.12},
+        "legend": {"orientation": "h", "y": -0.2, "yanchor": "top"},  # above lie the buttons
     }
     return {"id": chart.id, "traces": traces, "layout": layout}
 

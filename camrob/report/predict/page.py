@@ -245,7 +245,8 @@ def _left_out(summary: PredictSummary) -> str:
         )
     if summary.not_met:
         notes.append(
-            f"{summary.not_met:,} points are left out, as the exact path cuts another wall where theirs would be"
+            f"{summary.not_met:,} point{'s are' if summary.not_met > 1 else ' is'} left out, as the exact path cuts another wall "
+            f"where {'theirs' if summary.not_met > 1 else 'its own'} would be"
         )
     notes += [escape(f"program line {w.line}: {w.text}" if w.line else w.text) for w in summary.warnings]
     return section("What this does not say", "<ul>" + "".join(f"<li>{n}</li>" for n in notes) + "</ul>")
