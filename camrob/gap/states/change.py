@@ -34,8 +34,8 @@ class Change:
     @property
     def said(self) -> Since:
         """As it stands in the summary."""
-        moment = {} if self.at is None else {"row": self.row, "t_s": self.at}
-        return Since(log=self.log, after=self.before or None, lasting=self.now, **moment)
+        row = None if self.at is None else self.row
+        return Since(log=self.log, after=self.before or None, row=row, t_s=self.at, lasting=self.now)
 
     def course(self, scene: Scene) -> NDArray[np.float64]:
         """(N,) 1 in the later state, 0 before. A log that takes no part in the fit is of the state that its LOG.toml names, or of

@@ -27,11 +27,7 @@ def with_change(model: Model, library: Sequence[Effect]) -> tuple[Model, list[Ef
     lead = find_change(model, [e for e in library if can_change(e)])
     if lead is None:
         return model, list(library)
-    more = tuple(
-        since(e, lead.change, model.states[e.name], lead.choices)
-        for e in library
-        if e.name in {name for name, _ in lead.came}
-    )
+    more = tuple(since(e, lead.change, model.states[e.name], lead.choices) for e in _with_rivals(library, lead))
     effects, moments = _with_moments(library, lead)
     begun = frozenset(
         unit_name(u)
@@ -46,6 +42,18 @@ def with_change(model: Model, library: Sequence[Effect]) -> tuple[Model, list[Ef
     if likely < _LIKELY or not (moments & inside or new & other.evidence.effects_of(other.best.members)):
         return model, list(library)
     return other, [*effects, *more]
+
+
+def _with_rivals(library: Sequence[Effect], lead: Lead) -> list[Effect]:
+    """The effects that came, those of nearly as good sets, and those that follow the same at the same stage: which of them it is,
+    is seen when each has its own values.
+    """
+    came = [e for e in library if e.name in {name for name, _ in lead.came}]
+    # what follows position is linear in its values, and was compared with all else
+    kinds = {(e.stages, e.regimes) for e in came if "position" not in e.regimes}
+    return [
+        e for e in library if e in came or e.name in lead.rivals or (can_change(e) and (e.stages, e.regimes) in kinds)
+    ]
 
 
 def shown_in(scenes: Sequence[Scene], effects: Sequence[Effect]) -> bool:

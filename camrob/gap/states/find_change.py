@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,19 +32,23 @@ FRAME, TARGET = "frame_elsewhere", "target_elsewhere"
 
 _SIDES = {"left": FRAME, "right": TARGET}
 _WORTH = 6.0  # log units, by which a set with a change has to be better than the best without
+_NEAR = 6.0  # log units, within which another set is nearly as good
 _MOMENTS = 100  # of a log, at which something may become another
 _CUTS = 24  # moments, that are tried at the most before the best is looked at closely
+_LOOKED = 3  # changes between logs, that are looked at closely
 _STAYS = 0.5  # of the noise: where less stays, and nothing nameless explains it, no log is looked through for moments
 
 
 @dataclass(frozen=True)
 class Lead:
-    """A change, the effects that came with it, each with its axis, and what is at work beside it (names of units); how many
+    """A change, the effects that came with it, each with its axis, those of sets that are nearly as good, and what is at work
+    beside it (names of units); how many
     changes could have been picked, and the log units that it is better by.
     """
 
     change: Change
     came: frozenset[tuple[str, str]]
+    rivals: frozenset[str]
     beside: frozenset[str]
     choices: int
     gain: float
@@ -77,6 +82,18 @@ def _since(names: Sequence[str], first: int, states: frozenset[str]) -> Change:
     return Change(names[first], frozenset(names[first + 1 :]), frozenset(names[:first]), states=states, before=before)
 
 
+class _Glance(NamedTuple):
+    """A change, the evidence with what it may have brought, the best set there without that, the unit that adds most to it (-1
+    for none), and by how many log units that is better.
+    """
+
+    gain: float
+    change: Change
+    evidence: Evidence
+    fitted: Fitted
+    unit: int
+
+
 class _Looked:
     """A comparison whose effects are asked one change after the other."""
 
@@ -103,8 +120,10 @@ class _Looked:
     def changes(self) -> list[tuple[Change, int]]:
         """What may have changed, each with how many of effects and moments could have been picked."""
         between = _between_logs(self.model)
-        told = any(s.log.info.state for s in self.model.scenes)
-        found = [(c, 1 if told else len(between)) for c in between]
+        choices = 1 if any(s.log.info.state for s in self.model.scenes) else len(between)
+        if len(between) > _LOOKED:
+            between = tuple(sorted(between, key=lambda c: -self._glance(c, choices).gain)[:_LOOKED])
+        found = [(c, choices) for c in between]
         moment = self._moment()
         return found if moment is None else [*found, (moment, _MOMENTS)]
 
@@ -118,10 +137,12 @@ class _Looked:
         without = max(score for members, score in scores.items() if all(i < first for i in members))
         best = max(scores, key=lambda m: scores[m])
         own = [named[i - first] for i in best if i >= first]
+        near = {i for m, score in scores.items() if score > scores[best] - _NEAR for i in m if i >= first}
         old = (i for i in best - self.model.evidence.always if i < first)
         return Lead(
             change,
             frozenset((base_name(u.effect), u.axis) for u in own),
+            frozenset(base_name(named[i - first].effect) for i in near),
             frozenset(unit_name(self.model.units[i]) for i in old),
             choices,
             scores[best] - without,
@@ -162,17 +183,20 @@ class _Looked:
         )
         cuts = [b for b in range(1, len(s.log)) if s.log[b] == s.log[b - 1]] if stays else []
         cuts = cuts[:: max(1, -(-len(cuts) // _CUTS))]
-        best: tuple[float, Change, Evidence, Fitted, int] | None = None
-        for b in cuts:
-            change = self._from(int(s.log[b]), int(s.first[b]))
-            evidence, _ = self._wide(change, self._later(change), _MOMENTS)
-            fitted = evidence.fit(self.members)
-            units, scores, _ = evidence.changes(fitted)
-            new = units >= len(model.units)
-            if new.any() and (best is None or scores[new].max() - fitted.score > best[0]):
-                unit = int(units[new][np.argmax(scores[new])])
-                best = float(scores[new].max() - fitted.score), change, evidence, fitted, unit
-        return None if best is None else self._refined(*best[1:])
+        glances = [self._glance(self._from(int(s.log[b]), int(s.first[b])), _MOMENTS) for b in cuts]
+        best = max(glances, key=lambda g: g.gain, default=None)
+        return None if best is None or best.unit < 0 else self._refined(best)
+
+    def _glance(self, change: Change, choices: int) -> _Glance:
+        """What one unit that a change brought adds to the best set."""
+        evidence, _ = self._wide(change, self._later(change), choices)
+        fitted = evidence.fit(self.members)
+        units, scores, _ = evidence.changes(fitted)
+        new = np.flatnonzero(units >= len(self.model.units))
+        if not len(new):
+            return _Glance(-np.inf, change, evidence, fitted, -1)
+        first = new[np.argmax(scores[new])]
+        return _Glance(float(scores[first]) - fitted.score, change, evidence, fitted, int(units[first]))
 
     def _from(self, log: int, row: int) -> Change:
         """The change before a row (from 0) of a log: all logs behind it are of the later state."""
@@ -181,11 +205,11 @@ class _Looked:
         at = float(0.5 * (t[row - 1] + t[row]))
         return Change(names[log], frozenset(names[log + 1 :]), frozenset(names[:log]), at=at, row=row + 1)
 
-    def _refined(self, change: Change, evidence: Evidence, fitted: Fitted, unit: int) -> Change:
+    def _refined(self, glance: _Glance) -> Change:
         """The row, within a stretch of the moment, before which what came explains least and behind which most."""
-        model, s = self.model, self.stretches
+        model, s, change, evidence, unit = self.model, self.stretches, glance.change, glance.evidence, glance.unit
         log = [x.name for x in model.scenes].index(change.log)
-        whole = evidence.fit(fitted.members | {unit})
+        whole = evidence.fit(glance.fitted.members | {unit})
         first = len(model.units)
         old = whole.mean[: len(model.design.owner)]
         new = np.zeros_like(old)

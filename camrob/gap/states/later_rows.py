@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.gap.effects.effect import Unit
-from camrob.gap.evidence.design import Design, pool
+from camrob.gap.evidence.design import Design, Panel, pool
 from camrob.gap.evidence.discrepancy import FieldGram
 from camrob.gap.evidence.model import Model
 
@@ -41,7 +41,9 @@ class Stretches:
 
 def stretches_of(model: Model) -> Stretches:
     """The sums of a comparison by stretches of time of each log."""
-    panels, log, first = [], [], []
+    panels: list[Panel] = []
+    log: list[int] = []
+    first: list[int] = []
     for k, p in enumerate(model.panels):
         count = max(1, min(_MOST, len(p.scene) // _FEWEST_ROWS))
         own = (np.arange(len(p.scene)) * count) // len(p.scene)
@@ -61,8 +63,8 @@ def stretches_of(model: Model) -> Stretches:
 
 
 def with_later(stretches: Stretches, later: NDArray[np.bool_], units: Sequence[int], named: Sequence[Unit]) -> Design:
-    """The design with further units, which are some of its own in some stretches alone. later: (B,); named: what the further ones
-    are called.
+    """The design, all rows as one block, with further units, which are some of its own in some stretches alone. later: (B,);
+    named: what the further ones are called.
     """
     d = stretches.design
     own = [np.flatnonzero(d.owner == i) for i in units]
@@ -70,21 +72,20 @@ def with_later(stretches: Stretches, later: NDArray[np.bool_], units: Sequence[i
     owner = np.concatenate([d.owner, *(np.full(len(c), len(d.units) + k) for k, c in enumerate(own))])
     moves = _beside(d.moves, stretches.moves[later].sum(axis=0) / stretches.count.sum(), cols)
     size = np.sqrt(np.maximum(np.diag(moves)[len(d.owner) :], (_LEAST * d.size[cols]) ** 2))
-    A = np.stack(
-        [_beside(A, A if is_later else np.zeros_like(A), cols) for A, is_later in zip(d.A, later, strict=True)]
-    )
-    b = np.concatenate([d.b, np.where(later[:, None], d.b, 0.0)[:, cols]], axis=1)
+    A = _beside(d.A.sum(axis=0), d.A[later].sum(axis=0), cols)
+    right = np.concatenate([d.b.sum(axis=0), d.b[later].sum(axis=0)[cols]])
     field = d.field
     if field is not None:
-        C = np.where(later[:, None, None, None], field.C, 0.0)[:, :, cols]
-        field = FieldGram(np.concatenate([field.C, C], axis=2), field.D, field.d, field.part)
+        C, D, d_ = (x.sum(axis=0, keepdims=True) for x in (field.C, field.D, field.d))
+        C = np.concatenate([C, field.C[later].sum(axis=0, keepdims=True)[:, :, cols]], axis=2)
+        field = FieldGram(C, D, d_, field.part)
     return Design(
         (*d.units, *named),
         owner,
-        A,
-        b,
-        d.yy,
-        d.rows,
+        A[None],
+        right[None],
+        d.yy.sum(keepdims=True),
+        d.rows.sum(keepdims=True),
         np.concatenate([d.size, size]),
         np.concatenate([d.usual, d.usual[cols]]),
         moves,

@@ -43,31 +43,30 @@ def _names(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def _changed(new: Sequence[EffectFound], summary: DiagnosisSummary) -> str:
-    """What became another and when, then what was so all along."""
-    if not new:
+    """What is new and since when, then what was so all along."""
+    when = new[0].since if new else None
+    if when is None:
         return ""
-    when = new[0].since
     always = [_called(e) for e in summary.claimed if e.since is None]
-    rest = (
-        f"As it was in all logs: {', '.join(always)}" if always else "All else that is claimed of these logs: nothing"
-    )
-    return f"{_when(when)}: {'; '.join(_what(e) for e in new)}. {rest}." if when else ""
+    rest = f"As it was in all logs: {', '.join(always)}" if always else "Nothing else is claimed of these logs"
+    return f"{_when(when)}: {'; '.join(_what(e) for e in new)}. {rest}."
 
 
 def _when(since: Since) -> str:
     if since.row is not None:
-        return f"From row {since.row} of {since.log} on (t = {since.t_s:.6g} s)"
+        return f"New from row {since.row} of {since.log} on (t = {since.t_s:.6g} s)"
     if not since.lasting:
         return f"In {since.log} alone"
-    return f"Between {since.after} and {since.log}" if since.after else f"Since {since.log}"
+    return f"New between {since.after} and {since.log}" if since.after else f"New since {since.log}"
 
 
 def _what(entry: EffectFound) -> str:
-    """An effect that came, with the values that are clear."""
+    """An effect that came, by how much where that is clear."""
     clear = {n: v for n, v in entry.parameters.items() if abs(v.value) > _CLEAR * v.std}
     first = sorted(clear, key=lambda n: -abs(clear[n].value) / max(clear[n].std, 1e-30))[:_VALUES]
-    values = ", ".join(_value(n, clear[n].value) for n in first)
-    return f"{_called(entry)} became another{f' by {values}' if values else ''} ({entry.moves_mm:.2g} mm at the tool)"
+    by = "; ".join([*(_value(n, clear[n].value) for n in first), f"{entry.moves_mm:.2g} mm at the tool"])
+    nothing = "" if entry.of_machine else ", nothing at the robot itself"
+    return f"{_called(entry)} ({by}{nothing})"
 
 
 def _called(entry: EffectFound) -> str:

@@ -39,7 +39,7 @@ def test_a_zero_lost_between_two_logs_is_new_and_nothing_else(lost_zero):
     (found,) = said.claimed
     assert (found.effect, found.axes) == ("joint_offset", (lost_zero["label"]["axis"],))
     assert (found.since.after, found.since.log, found.since.lasting) == ("log0.csv", "log1.csv", True)
-    assert said.changed.startswith("Between log0.csv and log1.csv: joint offset")
+    assert said.changed.startswith("New between log0.csv and log1.csv: joint offset")
     assert said.together.shrink > 0.5
     assert said.compensable.fitted.units[0].effect == "joint_offset"  # for `predict`, by its name in the library
 
