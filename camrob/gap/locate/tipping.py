@@ -24,6 +24,7 @@ _Rows = Sequence[NDArray[np.int64]]
 _STILL = 0.05  # rad: an axis that moves less wears nothing
 _BENDS = 8  # powers of an axis's place: worn rollers come by more than once a turn
 _WAYS = ("rx", "ry", "zero")
+_HARDLY = 0.1  # of the largest moment, which a bearing with clearance needs to tip
 _OVER = 0.15  # of a part's largest weight, by which it tips over to one side
 
 
@@ -42,7 +43,9 @@ def tipping(panels: Sequence[Panel], rows: _Rows) -> Iterator[tuple[str, str, Ar
             yield a, "position", levers, np.asarray(np.polynomial.legendre.legvander(x, _BENDS))
         moment = np.concatenate([_moment(p, r, a) for p, r in zip(panels, rows, strict=True)])
         if np.ptp(moment, axis=0).max() > 0.0:
-            yield a, "load", levers[:, :, :2], _leaning(moment)
+            far = np.linalg.norm(moment, axis=1, keepdims=True)
+            aside = moment / (far + _HARDLY * far.max())  # within its clearance, to the side to which it is pulled
+            yield a, "load", levers[:, :, :2], np.concatenate([np.ones_like(far), moment / far.max(), aside], axis=1)
 
 
 def tool_by_weight(panels: Sequence[Panel], rows: _Rows, turn: Array) -> tuple[Array, Array]:
@@ -65,12 +68,14 @@ def _of(panels: Sequence[Panel], rows: _Rows, term: str) -> Array:
 
 
 def _moment(panel: Panel, rows: NDArray[np.int64], axis: str) -> Array:
-    """(n, 2) Nm of all weight behind an axis about x and y of the frame that it turns in; of a kilogram at the mounting plate
-    where the cell says no masses.
+    """(n, 2) Nm of all weight behind an axis about x and y of the frame that it turns in, where the axis begins: its link hangs
+    there. Of a kilogram at the mounting plate where the cell says no masses.
     """
     scene = panel.scene
     cell, q, k = scene.cell, scene.postures(scene.link[rows]), scene.cell.index(axis)
     ends, at = base_T_joint_frames(cell, q), base_T_joint_axes(cell, q)[k]
+    along, begins = at[:, :3, 2], ends[k - 1][:, :3, 3] if k else np.asarray(cell.base_T_first)[:3, 3]
+    held = at[:, :3, 3] + np.sum((begins - at[:, :3, 3]) * along, axis=1, keepdims=True) * along
     down = -np.asarray(world_T_base(cell, q))[:, 2, :3]
     last = cell.index(arm_axes(cell)[-1])
     loads = [(m.mass, cell.index(m.after), m.center) for m in cell.masses] or [(1.0, last, np.zeros(3))]
@@ -78,5 +83,5 @@ def _moment(panel: Panel, rows: NDArray[np.int64], axis: str) -> Array:
     for mass, after, center in loads:
         if after >= k:
             place = ends[after] @ np.append(center, 1.0)
-            total += mass * GRAVITY * np.cross(place[:, :3] - at[:, :3, 3], down)
+            total += mass * GRAVITY * np.cross(place[:, :3] - held, down)
     return np.asarray(np.einsum("nji,nj->ni", at[:, :3, :3], total)[:, :2])

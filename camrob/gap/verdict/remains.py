@@ -26,6 +26,7 @@ from camrob.summaries.diagnosis_summary import EffectFound, RegimeLeft, Unknown,
 from camrob.units import m_to_mm, rad_to_deg
 
 __all__ = [
+    "ARM",
     "NOWHERE",
     "at_drive",
     "beyond_noise",
@@ -36,6 +37,7 @@ __all__ = [
     "remains",
     "removed_share",
     "residual_regimes",
+    "stage_of",
 ]
 
 NOWHERE = UnknownPlace(stage=None, axes=(), regimes=(), comes_back="")
@@ -49,7 +51,8 @@ def claims(model: Model, probability: Mapping[str, float]) -> Set:
     return frozenset(i for i in model.best.members if probability.get(model.units[i].effect, 0.0) >= 0.5)
 
 
-_ARM = "encoder_to_tcp"
+ARM = "encoder_to_tcp"
+"""The stage behind the encoders."""
 _APART = 1000  # blocks of fitted logs are fewer
 _CLEAR = 0.05  # p value under which what stays follows something
 _WORTH = 0.1  # share of its energy from which that is worth a word
@@ -125,7 +128,7 @@ def remains(
         where, text, shapes = NOWHERE, "", ()
     else:
         where, text, shapes = _placed(model, panels, rms, shapes, regimes)
-        if where.stage == _ARM and where.regimes[:1] in _BY_POSTURE and not where.comes_back:
+        if where.stage == ARM and where.regimes[:1] in _BY_POSTURE and not where.comes_back:
             if not_by_posture(panels, model.noise, model.basis.axes):
                 where, text, shapes = _of_no_posture(where, model, panels, rms)
         at = [e for e in unsure if not where.axes or where.axes[0] in ((e.stands_out or e.axes) or where.axes)]
@@ -154,8 +157,8 @@ def _placed(
     names = _first(_of_field(model), [r.regime for r in follows])
     one = single_shape(panels, model.noise)
     smooth = max(follows[0].share if follows else 0.0, 0.0 if one is None else one.share)
-    where = UnknownPlace(stage=_stage(panels, model), axes=_axis(panels), regimes=names, comes_back="")
-    part = likely_part(panels, model.noise) if where.stage == _ARM else None
+    where = UnknownPlace(stage=stage_of(panels, model), axes=_axis(panels), regimes=names, comes_back="")
+    part = likely_part(panels, model.noise) if where.stage == ARM else None
     least = max(0.0 if one is None else one.share, _taken_by_shapes(model, panels) if shapes else 0.0)
     back = _returning(where, panels, model, max(smooth, 0.0 if part is None else part.share - _WORTH))
     if back is not None:
@@ -172,7 +175,7 @@ def _placed(
     text += f", and follows {' and '.join(led)}" if led and not where.comes_back else ""
     if shapes:
         # the largest shape first; what moves the foot sits at the axis that it follows
-        carriers = [s.moves if s.stage != _ARM else sits_at(s.moves, s.follows, model) for s in shapes]
+        carriers = [s.moves if s.stage != ARM else sits_at(s.moves, s.follows, model) for s in shapes]
         named = model.scenes[0].axes if carriers[0] in model.scenes[0].axes else ()
         at = tuple(a for a in dict.fromkeys(carriers) if a in named)
         kinds = tuple(k for k in dict.fromkeys(regime_followed(s.follows) for s in shapes) if k)
@@ -274,14 +277,14 @@ def at_drive(stays: Unknown, model: Model, panels: Sequence[Panel], axis: str, w
     follows that load: a loop without its integrator. Where far more stays behind the encoders, beyond the noise, the place is
     there, and the drive is said beside it.
     """
-    if _stage(panels, model, _READ_OFF) == _ARM and stays.rms_mm > m_to_mm(_LEAST_FIELD * model.noise):
+    if stage_of(panels, model, _READ_OFF) == ARM and stays.rms_mm > m_to_mm(_LEAST_FIELD * model.noise):
         return replace(stays, text="; ".join(filter(None, (stays.text, words))))
     drive, k = axes_report(model.scenes)[axis].drive, model.scenes[0].index(axis)
     follows = "" if drive is None or drive.pattern.follows == CONSTANT else drive.pattern.follows
     load = np.concatenate([s.torque[:, k] for s in model.scenes])
     if drive is not None and not follows and _stands(drive.mean, drive.rms):
         follows = LOAD if _stands(float(load.mean()), float(np.sqrt(np.mean(load**2)))) else ""
-    own = [regime_followed(s.follows) for s in stays.shapes if s.moves == axis and s.stage != _ARM]
+    own = [regime_followed(s.follows) for s in stays.shapes if s.moves == axis and s.stage != ARM]
     regimes = tuple(dict.fromkeys(filter(None, (follows, *own))))
     axes: tuple[str, ...] = (axis,)
     if late_together(model.scenes):
@@ -361,7 +364,7 @@ def _of_doubtful(where: UnknownPlace, model: Model, panels: Sequence[Panel], one
     return replace(where, axes=(best,)) if best and taken[best] > least else where
 
 
-def _stage(panels: Sequence[Panel], model: Model, counts: float = 1.0) -> str:
+def stage_of(panels: Sequence[Panel], model: Model, counts: float = 1.0) -> str:
     """Where most of what stays sits. counts: times its energy, what lies at the drives."""
     drives, arm = 0.0, 0.0
     for p in panels:
@@ -369,7 +372,7 @@ def _stage(panels: Sequence[Panel], model: Model, counts: float = 1.0) -> str:
         if p.y_servo is not None:
             drives += float(np.sum(p.carried(p.y_servo)[good] ** 2))
         arm += float(np.sum(p.y_tcp[good, :3] ** 2) - good.sum() * model.noise**2)
-    return "setpoint_to_encoder" if counts * drives > max(arm, 0.0) else _ARM
+    return "setpoint_to_encoder" if counts * drives > max(arm, 0.0) else ARM
 
 
 def _axis(panels: Sequence[Panel]) -> tuple[str, ...]:

@@ -37,6 +37,7 @@ from camrob.gap.verdict.at_drives import (
 )
 from camrob.gap.verdict.belief import BELIEF
 from camrob.gap.verdict.beside_more import beside_more
+from camrob.gap.verdict.better_placed import better_placed
 from camrob.gap.verdict.delivers import held_to_delivery, restored
 from camrob.gap.verdict.effects_found import effects_found
 from camrob.gap.verdict.idle_shapes import without_idle_shapes
@@ -61,7 +62,7 @@ from camrob.gap.verdict.withdrawn import (
     worse_together,
 )
 from camrob.gap.verdict.within import BEYOND, Stage, drives_beyond, stages_within
-from camrob.summaries.diagnosis_summary import Alternative, EffectFound, Residual, Together, Unknown
+from camrob.summaries.diagnosis_summary import Alternative, EffectFound, RegimeLeft, Residual, Together, Unknown
 from camrob.units import m_to_mm
 
 __all__ = ["Verdict", "judge_effects"]
@@ -131,15 +132,37 @@ def judge_effects(model: Model, trial: Trial, library: Sequence[Effect], *, in_w
     named = [n for n, p in probability.items() if p >= 0.5]
     if claims(model, probability) != members:
         # what was believed and is no more may have cancelled a part of what is
-        model = without_company(model, blocks, frozenset(named))
-        members = claims(model, probability)
-        together = shrinkage(model, trial, model.best.members, members)
+        model, members, together = _claimed_anew(model, trial, blocks, probability)
     wider = _classes(model, library, named)
     probability |= {n: min(probability[n], BELIEF.likely) for n in wider}
     changing = unsteady(model, library, named, drives)
     probability |= {n: min(probability[n], BELIEF.takes_else) for n in changing}
     probability = no_surer_than_partners(model, held_to_values(model, probability))
-    return _said(model, trial, library, members, together, probability, reasons, wider, changing, in_world=in_world)
+    if beaten := better_placed(model, trial, probability, drives):
+        probability |= dict.fromkeys(beaten, BELIEF.unclear)
+        model, members, together = _claimed_anew(model, trial, blocks, probability)
+    return _said(
+        model,
+        trial,
+        library,
+        members,
+        together,
+        probability,
+        reasons,
+        wider,
+        changing,
+        in_world=in_world,
+        placed=bool(beaten),
+    )
+
+
+def _claimed_anew(
+    model: Model, trial: Trial, blocks: Trial, probability: Mapping[str, float]
+) -> tuple[Model, Set, Shrinkage]:
+    """The model fitted without the company of what is claimed; the units that are; the withheld gap without and with them."""
+    model = without_company(model, blocks, frozenset(n for n, p in probability.items() if p >= 0.5))
+    members = claims(model, probability)
+    return model, members, shrinkage(model, trial, model.best.members, members)
 
 
 def _said(
@@ -154,8 +177,9 @@ def _said(
     changing: Mapping[str, str],
     *,
     in_world: bool,
+    placed: bool,
 ) -> Verdict:
-    """The verdict on what is believed: the units claimed (members), by how much they shrink the gap, what stays and where."""
+    """The verdict on what is believed: units claimed, how far they shrink the gap, what stays; placed: a place beats names."""
     structure, unknown, rest = _something_stays(model, trial, reasons)
     entries = effects_found(model, trial, library, probability, reasons, in_world, wider)
     claimed = tuple(e.effect for e in entries if e.claimed)
@@ -171,7 +195,7 @@ def _said(
     else:
         unknown = _without_claims(model, together, unknown, sets, beyond=BEYOND in within.values())
     # a shape in the best set alone, while the sets beside it do without, is no finding
-    shapes = unknown_shapes(model) if unknown >= 0.5 else []
+    shapes = unknown_shapes(model) if (unknown := max(unknown, 1.0 - BELIEF.unclear if placed else 0.0)) >= 0.5 else []
     unsure = [e for e in entries if e.claimed and e.probability <= BELIEF.likely]
     stays = remains(model, left, together, unknown, shapes, regimes, reasons, unsure)
     if claimed and stays.where.stage == "setpoint_to_encoder" and not at_drives(model, library).intersection(claimed):
@@ -194,14 +218,19 @@ def _said(
         alternatives=tuple(sets),
         unknown=stays,
         aliases=alias_lists(model.design, library, in_world),
-        residual=Residual(
-            rms_mm=m_to_mm(together.rms_after),
-            noise_mm=m_to_mm(model.noise),
-            structured_mm=m_to_mm(structure),
-            discrepancy_mm=m_to_mm(model.discrepancy),
-            structure=tuple(regimes),
-        ),
+        residual=_residual(model, together, structure, regimes),
         panels=tuple(left),
+    )
+
+
+def _residual(model: Model, together: Shrinkage, structure: float, regimes: Sequence[RegimeLeft]) -> Residual:
+    """What stays beside all claims, in mm. structure: m of it that hangs together."""
+    return Residual(
+        rms_mm=m_to_mm(together.rms_after),
+        noise_mm=m_to_mm(model.noise),
+        structured_mm=m_to_mm(structure),
+        discrepancy_mm=m_to_mm(model.discrepancy),
+        structure=tuple(regimes),
     )
 
 
