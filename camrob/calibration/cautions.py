@@ -34,6 +34,7 @@ _GROSS, _NAMED = 4.0, 5  # times the median that a gross pose is off, and how ma
 _EACH_SIDE = 4  # poses before a move of the instrument, and behind it
 _NEIGHBOURS = 3  # rows to either side, from whose middle a gross one is far
 _OF_MOVE = 0.9  # of the energy of what remains, that one move takes where it is what remains
+_MANY, _OF_ORDER = 20, 0.5  # poses, and the energy of what remains that the order of rows takes, where that is said
 _STILL = 0.02  # rad: an axis that moves by less tells nothing of itself
 
 
@@ -67,14 +68,32 @@ def moved_while_measured(found: Sequence[tuple[Measurements, PoseErrors]]) -> tu
         own = [(data, errors) for data, errors in found if data.name == name and data.sight is None]
         if not own:
             continue
-        order = np.argsort(np.concatenate([errors.rows[~errors.outlier] for _, errors in own]))
+        rows = np.concatenate([errors.rows[~errors.outlier] for _, errors in own])
+        order = np.argsort(rows)
         lines = np.concatenate([np.asarray(data.lines)[~errors.outlier] for data, errors in own])[order]
         left = np.concatenate([errors.residuals["calibrated"][~errors.outlier, :3] for _, errors in own])[order]
         step = _one_step(left)
         if step is not None:
             what, hint = move_words(step[1])
             said.append(f"from line {lines[step[0]]} of {name or 'the log'} on, {what}; {hint}")
+        elif len(left) >= _MANY:
+            said += _by_order(left, np.sort(rows), name or "the log")
     return tuple(said)
+
+
+def _by_order(left: Array, rows: NDArray[np.int64], name: str) -> list[str]:
+    """A sentence where most of what is left (N, 3) turns with every row, or grows from the first to the last."""
+    centred = left - left.mean(axis=0)
+    said = []
+    beside = "every second reading of {} lies {:.2f} mm beside those between: two targets or faces?"
+    drift = "readings of {} drift by {:.2f} mm from the first row to the last"
+    along = 2.0 * (rows - rows.mean()) / np.ptp(rows)
+    for shape, words in ((np.where(rows % 2 == 0, 1.0, -1.0), beside), (along, drift)):
+        part = shape - shape.mean()
+        by = part @ centred / float(part @ part)
+        if float(part @ part) * float(by @ by) > _OF_ORDER * float(np.sum(centred**2)):
+            said.append(words.format(name, 2.0 * m_to_mm(float(np.linalg.norm(by)))))
+    return said
 
 
 def move_words(shift: Array) -> tuple[str, str]:

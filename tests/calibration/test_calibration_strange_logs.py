@@ -39,6 +39,7 @@ MIXED_UP = {
         "log.csv:2: its axis values are in radians and its x, y, z in metres: corrected so",
     ),
     "axes exchanged": (lambda c, q: c | {"A4": c["A5"], "A5": c["A4"]}, "its A4 and A5 are exchanged"),
+    "two signs": (lambda c, q: c | {"A4": -c["A4"], "A6": -c["A6"]}, "its A4 and A6 count the other way"),
     "paired one off": (
         lambda c, q: {n: np.roll(v, 1) if n in "xyz" else v for n, v in c.items()},
         "stand one row after",
@@ -87,6 +88,17 @@ def test_axes_that_stand_still_are_named(tmp_path: Path) -> None:
     write(tmp_path, columns_of(q, seen(q, wrong_deg=WRONG)), ("poses = true",))
     found = calibrate(tmp_path / "log.csv", cell=tmp_path / "cell", out=tmp_path / "c.toml")
     assert any(w.startswith("A2, A3, A4, A5, A6 stand still in these poses") for w in found.calibration.warnings)
+
+
+@pytest.mark.parametrize("how", ["turns", "drifts"])
+def test_what_follows_the_order_of_the_rows_is_said(tmp_path: Path, how: str) -> None:
+    _, c = columns(60)
+    row = np.arange(60)
+    by = 0.3 * (row % 2) if how == "turns" else 1.2 * row / 59
+    write(tmp_path, c | {"x": c["x"] + by}, ("poses = true",))
+    found = calibrate(tmp_path / "log.csv", cell=tmp_path / "cell", out=tmp_path / "c.toml").calibration.warnings
+    words = "every second reading of log.csv lies 0." if how == "turns" else "readings of log.csv drift by 1."
+    assert any(w.startswith(words) for w in found), found
 
 
 def test_all_rows_of_a_posture_are_withheld_together() -> None:

@@ -210,6 +210,9 @@ def _recounted(
         yield f"its {a} counts the other way", made(**{a: -v})
         for zero in _ZEROS:
             yield f"its {a} is counted from {zero:g} degrees off the cell's zero", made(**{a: v + zero})
+    yield "all its axes count the other way", made(**{a: -v for a, v in value.items()})
+    for a, b in combinations(value, 2):
+        yield f"its {a} and {b} count the other way", made(**{a: -value[a], b: -value[b]})
     small = [a for a, v in value.items() if float(np.abs(v).max()) <= 2.0 * np.pi]
     if 1 < len(small) < len(value):
         yield f"its {', '.join(small)} are in radians", made(**{a: rad_to_deg(value[a]) for a in small})
