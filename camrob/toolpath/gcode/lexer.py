@@ -260,7 +260,7 @@ def assemble(found: Iterable[Word], line: int, comment: str = "", optional: bool
 
 def _code(letter: str, value: float) -> int:
     """A G or M number in tenths."""
-    tenths = round(value * 10.0)
+    tenths = round(value * 10.0) if 0.0 <= value < 10_000.0 else -1  # a number of 308 digits times ten is no number
     if abs(tenths - value * 10.0) > 1e-6 or not 0 <= tenths < 100_000:
         raise ToolpathError(f"{letter}{value:g} is not a {letter} code", hint="check the block")
     return tenths

@@ -187,7 +187,7 @@ class _Macro:
         text, corner = without_corner(line.text)
         found = words_of(self._reader(text))
         letters = {letter for letter, _, _ in found}
-        codes = {(letter, round(value * 10.0)) for letter, value, _ in found if letter in "GM"}
+        codes = {(letter, round(value * 10.0)) for letter, value, _ in found if letter in "GM" and abs(value) < 1e5}
         calls = codes & {("M", 970), ("M", 980), ("M", 990), ("G", 650), ("G", 660), ("G", 661)}
         if not calls:
             yield assemble(found, line.number, line.comment)._replace(corner=corner)
@@ -200,7 +200,7 @@ class _Macro:
             return
         if call[0] == "G":
             raise ToolpathError("a modal macro call (G66)", hint="have the CAM system write plain blocks")
-        kept = [w for w in found if w[0] not in "PL" and not (w[0] == "M" and round(w[1] * 10.0) == call[1])]
+        kept = [w for w in found if w[0] not in "PL" and not (w[0] == "M" and abs(w[1] * 10.0 - call[1]) <= 0.5)]
         if kept:
             yield assemble(kept, line.number, line.comment)
         value = {letter: value for letter, value, _ in found if letter in "PL"}

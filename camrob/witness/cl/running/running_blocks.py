@@ -122,7 +122,7 @@ class Running(Ordered):
         return out
 
     def _printed(self, letter: str, value: float, block: str) -> str:
-        if letter == "G" and value * 10.0 == round(value * 10.0):
+        if letter == "G" and abs(value) < 1e5 and value * 10.0 == round(value * 10.0):
             return f"{value:g}"
         if letter in _COUNTING or (letter == "S" and Style.MACRO in self.styles):
             return str(whole(value, block[:24]))
