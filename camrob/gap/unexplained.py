@@ -10,6 +10,7 @@ time on these runs says nothing of another's, and belongs to the rest that is al
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -49,7 +50,7 @@ _DIGITS = 6  # of a number in the file
 class UnexplainedAt(NamedTuple):
     """N samples: mean (N, 3) m, in `world` or `base` as the field is; known, beyond: (N,) m in any one direction, the standard
     deviation of what logs near by tell, and of what none tells, whose size is itself in doubt by `SIZE_DOUBT`; by_value:
-    (N, 3, K) m by which the mean is less for a unit more of each fitted value.
+    (N, 3, K + L) m by which the mean is less for a unit more of each fitted value, and of each that is open.
     """
 
     mean: Array
@@ -62,9 +63,9 @@ class UnexplainedAt(NamedTuple):
 class UnexplainedField:
     """A smooth error of the tool that posture decides and no effect explains. axes: that it follows; tables: columns of those
     that turn the part; postures: (m, k), normalised as `normalised` does, at which its shift is known: mean (m, 3) m, cov (m, m)
-    m2 of each direction, by_value (m, 3, K) by how much less it is for a unit more of each fitted value. in_base: seen from
-    `base`, else from `world`. variance: m2 of its prior, same: m2 of a constant beside it. rest: m in one direction, what is
-    neither an effect's nor the field's.
+    m2 of each direction, by_value (m, 3, K) by how much less it is for a unit more of each fitted value, by_open (m, 3, L) of
+    each that was not claimed (`unclaimed.py`). in_base: seen from `base`, else from `world`. variance: m2 of its prior, same: m2
+    of a constant beside it. rest: m in one direction, what is neither an effect's nor the field's.
     """
 
     axes: tuple[str, ...]
@@ -77,6 +78,7 @@ class UnexplainedField:
     variance: float
     same: float
     rest: float
+    by_open: Array
 
     def kernel(self, a: Array, b: Array) -> Array:
         """(N, M) m2, prior covariance of a shift in one direction at postures (N, k) and others (M, k)."""
@@ -94,7 +96,8 @@ class UnexplainedField:
         asked = normalised(scene, self.axes)
         cross, share = self._shares(asked)
         known, beyond = (np.sqrt(v) for v in self._variances(cross, share))
-        return UnexplainedAt(share @ self.mean, known, beyond, np.einsum("nm,mdk->ndk", share, self.by_value))
+        by_value = np.concatenate([self.by_value, self.by_open], axis=2)
+        return UnexplainedAt(share @ self.mean, known, beyond, np.einsum("nm,mdk->ndk", share, by_value))
 
     def together(self, scene: Scene) -> Array:
         """(N, L) m, the L independent parts of which what is not known at the samples of a run is made, in any one direction:
@@ -137,6 +140,7 @@ class UnexplainedField:
             mean=rows(self.mean),
             covariance=rows(self.cov),
             by_value=rows(self.by_value.reshape(len(self.mean), -1)),
+            by_open=rows(self.by_open.reshape(len(self.mean), -1)) if self.by_open.size else (),
             variance=self.variance,
             same=self.same,
             rest=self.rest,
@@ -154,15 +158,16 @@ class UnexplainedField:
             mean=np.asarray(said.mean, float).reshape(m, 3),
             cov=np.asarray(said.covariance, float).reshape(m, m),
             by_value=np.asarray(said.by_value, float).reshape(m, 3, -1),
+            by_open=np.asarray(said.by_open, float).reshape(m, 3, -1) if said.by_open else np.zeros((m, 3, 0)),
             variance=said.variance,
             same=said.same,
             rest=said.rest,
         )
 
 
-def unexplained_field(model: Model, members: frozenset[int]) -> UnexplainedField | None:
+def unexplained_field(model: Model, members: frozenset[int], unclaimed: Sequence[int] = ()) -> UnexplainedField | None:
     """The discrepancy beside the claimed units `members` of the best set; None where there is none, or where logs were measured
-    in several frames.
+    in several frames. unclaimed: units of which it is told, too, what the field would make up for.
     """
     field, basis = model.evidence.field, model.basis
     smooth = [p.smooth for p in model.panels if p.smooth is not None]
@@ -183,9 +188,11 @@ def unexplained_field(model: Model, members: frozenset[int]) -> UnexplainedField
     among = variance * posture_kernel(postures[some], postures[some], basis.tables, SHORTER)
     kept = some[_spanning(among, _HELD * size)]
     V = field.scatter(F[kept], sizes)
-    columns = np.flatnonzero(np.isin(model.design.owner, sorted(members)))
+    owner = model.design.owner
+    claimed = np.flatnonzero(np.isin(owner, sorted(members)))
+    columns = np.concatenate([claimed, *(np.flatnonzero(owner == i) for i in unclaimed)]).astype(np.int64)
     turn = model.panels[0].scene.frames.left[:3, :3].T  # from the instrument's frame, where that is another
-    by_value = np.einsum("nm,mdk->ndk", F[kept], field.response(sizes)[:, :, columns])
+    by_value = np.einsum("de,nm,mek->ndk", turn, F[kept], field.response(sizes)[:, :, columns], optimize=True)
     return UnexplainedField(
         axes=basis.axes,
         tables=basis.tables,
@@ -193,7 +200,8 @@ def unexplained_field(model: Model, members: frozenset[int]) -> UnexplainedField
         postures=postures[kept],
         mean=F[kept] @ weights @ turn.T,
         cov=np.einsum("dmi,dmj->ij", V, V) / 3.0,
-        by_value=np.einsum("de,nek->ndk", turn, by_value),
+        by_value=by_value[:, :, : len(claimed)],
+        by_open=by_value[:, :, len(claimed) :],
         variance=variance,
         same=size,
         rest=_rest(model, values, weights),

@@ -151,7 +151,7 @@ def predict_surface(
     own = _own_wall(met.deviation, due)
     moved = np.where(own, met.deviation, due)
     there = contacts.where(own, met, real)
-    band = _band(there, path, part_T_base)
+    band = _band(there, path, part_T_base) + _other_wall(own, met.deviation, due)
     keep = np.flatnonzero(np.isfinite(rounding))
     some = keep[np.linspace(0, len(keep) - 1, min(len(keep), DRAWN_POINTS)).astype(np.int64)]
     likely = _likely(there.of(some), path, part_T_base, (rounding + moved)[some])
@@ -225,6 +225,13 @@ def _own_wall(moved: Array, reckoned: Array) -> NDArray[np.bool_]:
     part of the way cuts there, as of a tool that is late and comes all the same. reckoned: (P,) m by which they move it.
     """
     return np.asarray(np.abs(moved) <= (1.0 + _CURVED) * np.abs(reckoned) + _CURVED_ANYWAY)
+
+
+def _other_wall(own: NDArray[np.bool_], moved: Array, reckoned: Array) -> Array:
+    """(P,) m between where a point's own wall is reckoned to be and the one that a ray meets there instead, 0 where it meets its
+    own or none: whoever measures the part finds the one or the other, and the band reaches to both.
+    """
+    return np.where(own | ~np.isfinite(moved), 0.0, np.abs(moved - reckoned))
 
 
 def _shares(contacts: _Contacts, path: TruePath, twists: Array, part_T_base: Array) -> Array:

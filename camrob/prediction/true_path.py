@@ -17,7 +17,7 @@ from camrob.calibration.error_model import ErrorModel
 from camrob.cell.cell import Cell
 from camrob.errors import InputError
 from camrob.gap.effects.effect import Column
-from camrob.gap.fitted_units import FittedUnits
+from camrob.gap.fitted_units import FittedUnits, OpenUnits
 from camrob.gap.observation.scene import Scene, axis_values, make_scene
 from camrob.kinematics.frames import world_T_base
 from camrob.measurement.log import MeasurementLog
@@ -111,36 +111,56 @@ def true_path(
             moved[:, scene.index(axis)] += value * signal
     behind = _scene(run, cell, moved) if moved.any() else scene
     second = _columns(behind, found) if moved.any() else first
-    twists = np.zeros((len(scene), 6, len(found.values)))
-    states: list[Array] = []
-    for k, (a, b) in enumerate(zip(first, second, strict=True)):
-        unit = found.effects[int(found.owner[k])]
-        if a is None or b is None or not unit.of_machine:
-            continue
-        for axis, signal in a.servo.items():
-            twists[:, :, k] += scene.shift(axis, signal)
-        if b.tcp is not None:
-            twists[:, :, k] += b.tcp
-        if b.doubt is not None:
-            states.append(found.values[k] * twists[:, :, k] * np.clip(b.doubt, 0.0, 1.0)[:, None])
+    twists = _twists(scene, first, second, [found.effects[own].of_machine for own in found.owner.tolist()])
+    states = [
+        found.values[k] * twists[:, :, k] * np.clip(b.doubt, 0.0, 1.0)[:, None]
+        for k, b in enumerate(second)
+        if b is not None and b.doubt is not None and twists[:, :, k].any()
+    ]
     constant = np.array([bool(e.terms(u, s)) for u, e, s in zip(found.units, found.effects, found.states, strict=True)])
     further = np.zeros((len(scene), 6))
     for k, (column, own) in enumerate(zip(second, found.owner.tolist(), strict=True)):
         if column is not None and column.tcp is not None and not constant[own] and found.effects[own].of_machine:
             further += found.values[k] * column.tcp
     root = _root(_covariance(found))
+    moving = twists
+    if found.open is not None:
+        # claimed and open values together: their further doubt beside that of the claimed ones
+        moving = np.concatenate([twists, _open_twists(scene, behind, found.open)], axis=2)
+        root = np.hstack([np.pad(root, ((0, len(found.open.root) - len(root)), (0, 0))), found.open.root])
     path = TruePath(
         t=np.asarray(run.t),
         line=run.line,
         ideal=np.asarray(scene.nominal),
         true=_moved(model.poses(constants, behind.postures(behind.link)), further),
         causes=_causes(found, twists),
-        spread=np.einsum("nik,kl->nil", twists, root),
+        spread=np.einsum("nik,kl->nil", moving, root, optimize=True),
         rest=np.full(len(scene), rest),
         not_reckoned=_left(found, first),
     )
     path = _bent(_with_unexplained(path, behind, found, root, drawn), scene, known, root, force, area, cuts, granted)
     return replace(path, spread=np.concatenate([path.spread, *(s[:, :, None] for s in states)], axis=2))
+
+
+def _twists(
+    scene: Scene, first: Sequence[Column | None], second: Sequence[Column | None], of_machine: Sequence[bool]
+) -> Array:
+    """(N, 6, K) twists of a unit of each parameter: what it does to the drives on the run, and what behind them."""
+    twists = np.zeros((len(scene), 6, len(first)))
+    for k, (a, b, counts) in enumerate(zip(first, second, of_machine, strict=True)):
+        if a is None or b is None or not counts:
+            continue
+        for axis, signal in a.servo.items():
+            twists[:, :, k] += scene.shift(axis, signal)
+        if b.tcp is not None:
+            twists[:, :, k] += b.tcp
+    return twists
+
+
+def _open_twists(scene: Scene, behind: Scene, found: OpenUnits) -> Array:
+    """(N, 6, L) likewise, of units that were not claimed; zeros of those that this run does not determine."""
+    of_machine = [e.of_machine for u, e in zip(found.units, found.effects, strict=True) for _ in u.parameters]
+    return _twists(scene, _columns(scene, found), _columns(behind, found), of_machine)
 
 
 def joined_paths(paths: Sequence[TruePath]) -> TruePath:
@@ -239,7 +259,7 @@ def _scene(run: MeasurementLog, cell: Cell, moved: Array | None = None) -> Scene
     return make_scene(MeasurementLog(columns, LogInfo(measured_frame=MeasuredFrame.BASE)), cell)
 
 
-def _columns(scene: Scene, found: FittedUnits) -> list[Column | None]:
+def _columns(scene: Scene, found: FittedUnits | OpenUnits) -> list[Column | None]:
     """A column a parameter; None of units that a run without temperature, force or masses does not determine."""
     out: list[Column | None] = []
     for unit, effect, state in zip(found.units, found.effects, found.states, strict=True):

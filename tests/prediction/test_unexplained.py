@@ -73,10 +73,8 @@ def measured(seed: int = 1, count: int = 25) -> tuple[UnexplainedField, np.ndarr
     at = (postures(seed, count, 0.4) / np.r_[np.ones(6), 0.5, 1.0])[:, (0, 1, 2, 6)]
     K = prior(at, at)
     told = np.linalg.cholesky(K) @ rng.normal(size=(count, 3)) + 3e-5 * rng.normal(size=(count, 3))
-    gain = K @ np.linalg.inv(K + 9e-10 * np.eye(count))
-    field = UnexplainedField(
-        AXES, (), True, at, gain @ told, K - gain @ K, np.zeros((count, 3, 0)), VARIANCE, SAME, 1e-5
-    )
+    gain, none = K @ np.linalg.inv(K + 9e-10 * np.eye(count)), np.zeros((count, 3, 0))
+    field = UnexplainedField(AXES, (), True, at, gain @ told, K - gain @ K, none, VARIANCE, SAME, 1e-5, none)
     return field, at, told
 
 

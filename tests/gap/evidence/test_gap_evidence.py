@@ -23,9 +23,9 @@ ROWS = 400
 MOVED = np.array([3e-4, -2e-4, 2e-4, 3e-4, 2e-4, 5e-4])  # m, rad
 
 
-def two_alike(mix: float, wanted: tuple[float, float]) -> Evidence:
+def two_alike(mix: float, wanted: tuple[float, float], seed: int = 0) -> Evidence:
     """Two effects of one parameter each, patterns alike but for `mix`, in a gap that is `wanted` of them."""
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
     first, second = np.linalg.qr(rng.normal(size=(ROWS, 2)))[0].T * np.sqrt(ROWS)
     X = np.stack([first, first + mix * second], axis=1) * 1e-3
     y = X @ np.array(wanted)
