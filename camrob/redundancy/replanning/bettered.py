@@ -12,6 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
+
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planning.choice import Choice, CurvePoint, plan_terms
 from camrob.redundancy.planning.course import relaxed
@@ -40,6 +42,7 @@ _WORTH_MOVING = (
 )
 _LONGER, _LESS_HELD = 0.001, 0.005  # shares that are no loss: what runs that are alike differ by
 _LONGER_WITHIN = 0.1  # of time within all limits, which the worst single place of a cut decides
+_TWINS = 0.01  # m and rad that freedoms differ by at the most where two plans are one
 _TRIALS = 4  # plans that are tried, the cheapest first
 
 
@@ -66,27 +69,46 @@ def is_worth_it(price: float, known: float, *, moves: bool) -> bool:
 
 
 def cheaper_plans(plan: Plan) -> Iterator[Plan]:
-    """The plan with another point taken that is cheaper by the whole price, the cheapest first: of its curve, or of three of the
-    curve's points refined with travel priced in full.
+    """The plan with another point taken that is cheaper by the whole price: of its curve, or of three of the curve's points
+    refined with travel priced in full. The cheapest first, and of those as cheap the one whose external axes move least, as
+    these cost feed.
     """
     known = whole_price(plan, plan.taken)
     points = [*enumerate(plan.curve), *((len(plan.curve), p) for p in _in_full(plan))]
-    ranked = sorted(((whole_price(plan, p), k, p) for k, p in points if p is not plan.taken), key=lambda row: row[:2])
-    tried = list[float]()
+    ranked = [(whole_price(plan, p), k, p) for k, p in points if p is not plan.taken]
+    ranked.sort(key=lambda row: (_step(row[0] / known), _travel(plan, row[2]), *row[:2]))
+    tried = list[CurvePoint]()
     for price, k, point in ranked:
-        if not is_worth_it(price, known, moves=False) or len(tried) == _TRIALS:
+        if len(tried) == _TRIALS:
             return
-        if not is_worth_it(price, known, moves=plan.taken.name == STILL and any(point.figures.travel.values())):
-            return
-        if tried and price < (1.0 + _WORTH) * tried[-1]:  # the last one, begun from elsewhere
+        moves = plan.taken.name == STILL and any(point.figures.travel.values())
+        if not is_worth_it(price, known, moves=moves):
             continue
-        tried.append(price)
+        if any(_is_twin(point, other) for other in tried):
+            continue
+        tried.append(point)
         rule = (
             f"{100.0 * (1.0 - price / known):.1f} % cheaper by the whole objective than the knee's own ({plan.taken.name}), and "
             "by the controller's model no slower, with as much of the feed held"
         )
         curve = plan.curve if k < len(plan.curve) else (*plan.curve, point)
         yield replace(plan, curve=curve, choice=Choice(k, rule))
+
+
+def _step(share: float) -> int:
+    """A price as a share of the known one, in steps within which two are alike."""
+    return int(np.floor(np.log(share) / _WORTH))
+
+
+def _travel(plan: Plan, point: CurvePoint) -> float:
+    """m, the price of what a point's external axes move in its cuts."""
+    return float(sum(p * t for p, t in zip(plan.land.objective.travel, point.figures.travel.values(), strict=False)))
+
+
+def _is_twin(one: CurvePoint, other: CurvePoint) -> bool:
+    """Whether two points of a curve are one plan, begun from elsewhere: prices that are alike don't make them one."""
+    a, b = one.draft, other.draft
+    return a.u.shape == b.u.shape and bool(np.abs(a.u - b.u).max() < _TWINS)
 
 
 def _in_full(plan: Plan) -> list[CurvePoint]:
