@@ -26,6 +26,7 @@ __all__ = ["collisions_at", "free_routes", "job_collisions", "job_leads", "job_o
 
 Array = NDArray[np.float64]
 
+_SOME = 4  # of so many postures of a way one is looked at before all are
 _STEP = 0.1  # rad or m between the postures of a PTP that are looked at
 
 
@@ -114,7 +115,9 @@ def job_leads(inputs: JobInputs) -> Callable[[Array, bool, float], Array]:
             for vias in _routes(inputs.cell, air, ends):
                 if room is None or out[k] >= wanted:
                     break
-                out[k] = max(out[k], float(rooms(room, _along(ends, vias), wanted).min()))
+                rows = _along(ends, vias)
+                some = float(rooms(room, rows[::_SOME].copy(), wanted).min())
+                out[k] = max(out[k], float(rooms(room, rows, wanted).min()) if some > 0.0 else 0.0)
         return out
 
     return roomiest

@@ -59,6 +59,8 @@ LOOKS = 8
 FEATURES = 7  # numbers of `posture_features`
 _SHUT = 0.5  # share of BLOCKED_REACH within which a node of the lattice is taken out
 _NONE = 0.9  # share of WANTED that is missing where there is none
+_ASKED = 16  # ways from and to HOME at a look
+_ALIKE = 0.4  # rad and m within which postures go the same way from HOME
 _MOST = 64  # marks that one plan's touches make; what is beyond them is found in the next round
 
 
@@ -121,8 +123,23 @@ def _look(nodes: Nodes, some: Ints, room_of: RoomOf) -> None:
     nodes.room[some] = room_of.at(nodes.u[some[first]], nodes.q[some[first]])[alike.ravel()]
     ends = ((some[some < nodes.offset[1]], False), (some[some >= nodes.offset[-2]], True))
     for end, last in ends:
-        end = end[nodes.room[end] > 0.0]
-        nodes.room[end] = np.minimum(nodes.room[end], room_of.led(nodes.u[end], nodes.q[end], last))
+        _look_at_leads(nodes, end[nodes.room[end] > 0.0], room_of, last)
+
+
+def _look_at_leads(nodes: Nodes, some: Ints, room_of: RoomOf, last: bool) -> None:
+    """What the ways from and to HOME leave of the room of candidates of one layer: the cheapest of those that are nearly alike is
+    asked for, and stands for them all. The dear ones stay unknown, to be asked for where the search comes to them.
+    """
+    left = some[np.argsort(nodes.price[some], kind="stable")]
+    whole = np.concatenate([nodes.u, nodes.q], axis=1)
+    for _asked in range(_ASKED):
+        if not len(left):
+            return
+        alike = np.abs(whole[left] - whole[left[0]]).max(axis=1) < _ALIKE
+        found = float(room_of.led(nodes.u[left[:1]], nodes.q[left[:1]], last)[0])
+        nodes.room[left[alike]] = np.minimum(nodes.room[left[alike]], found)
+        left = left[~alike]
+    nodes.room[left] = np.nan
 
 
 def marks(wrist_zero: float, q: Array, s: Array, pad: float) -> Array:

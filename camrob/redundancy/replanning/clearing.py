@@ -172,6 +172,8 @@ def _mended(
             return _Mended(plan, found, found.solution, again, whole, tuple(lines), count, forbidden)
         if again == rounds or task.clock.up or not len(found.point) + len(found.low):
             break
+        if task.leads is not None and not task.asks and len(found.hit) and np.isin(found.hit, (0, len(path) - 1)).all():
+            break  # on a way from or to HOME, which a mark knows nothing of: the search that asks does
         hopeless = all_touch(task, plan, path, found.hit) if again == 0 else None
         if hopeless is not None:
             return _Mended(plan, found, None, again, whole, (), found.count, forbidden, hopeless)
