@@ -26,7 +26,7 @@ __all__ = ["collisions_at", "free_routes", "job_collisions", "job_leads", "job_o
 
 Array = NDArray[np.float64]
 
-_SOME = 4  # of so many postures of a way one is looked at before all are
+_SOME = 3  # of so many postures of a way one is asked for its room while candidates are compared
 _STEP = 0.1  # rad or m between the postures of a PTP that are looked at
 
 
@@ -99,28 +99,26 @@ def _clear_air(inputs: JobInputs, path: ToolPathInBase) -> ClearAir:
 
 
 def job_leads(inputs: JobInputs) -> Callable[[Array, bool, float], Array]:
-    """`leads` for `resolve_planned`: the room on the roomiest of the routes that `free_routes` has to choose from, posture by
-    posture and with the tool held to the part.
+    """`leads` for `resolve_planned`: the room on the first free one of the routes that `free_routes` has to choose from, in some
+    postures of the way and with the tool held to the part.
     """
 
     @cache  # few plans ask
     def ground() -> tuple[Room | None, ClearAir]:
         return job_room(inputs.cell, **inputs.bodies, tool=inputs.tool, touch=0.0), _clear_air(inputs, inputs.path)
 
-    def roomiest(q: Array, last: bool, wanted: float) -> Array:
+    def led(q: Array, last: bool, wanted: float) -> Array:
         room, air = ground()
         out = np.full(len(q), wanted if room is None else 0.0)
         for k, one in enumerate(q):
             ends = np.stack([one, _goal(inputs, one)] if last else [inputs.cell.q_home, one])
             for vias in _routes(inputs.cell, air, ends):
-                if room is None or out[k] >= wanted:
+                if room is None or out[k] > 0.0:
                     break
-                rows = _along(ends, vias)
-                some = float(rooms(room, rows[::_SOME].copy(), wanted).min())
-                out[k] = max(out[k], float(rooms(room, rows, wanted).min()) if some > 0.0 else 0.0)
+                out[k] = float(rooms(room, _along(ends, vias)[::_SOME].copy(), wanted).min())
         return out
 
-    return roomiest
+    return led
 
 
 def _lead_ends(inputs: JobInputs, solution: Solution) -> tuple[Array, Array]:

@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Leads: TypeAlias = Callable[[Array, bool, float], Array]
-"""leads(q, last, wanted): the room (K,), m, as far as it is below `wanted`, on the roomiest way by PTP from HOME to postures
+"""leads(q, last, wanted): the room (K,), m, as far as it is below `wanted`, on a way by PTP from HOME to postures
 (K, n) of a path's first point, or (last) from those of its last one to where it goes on.
 """
 
