@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,9 +57,12 @@ def _units(scenes: Sequence[Scene], state: State) -> tuple[Unit, ...]:
     return tuple(units)
 
 
-def at_moment(kind: str, at: float, sample: int, name: str) -> dict[str, float]:
-    """What the state holds of a moment (`JUMP`, `SLIP`): s, and the last sample before it, from 1, of a log."""
-    return {f"{kind}_s|{name}": at, f"{kind}_sample|{name}": float(sample)}
+def at_moment(kind: str, at: float, sample: int, name: str, earlier: Collection[str]) -> dict[str, float]:
+    """What the state holds of a moment (`JUMP`, `SLIP`): s, and the last sample before it, from 1, of a log; all logs but the
+    earlier ones are behind it.
+    """
+    before = {f"{kind}_before|{log}": 1.0 for log in earlier}
+    return {f"{kind}_s|{name}": at, f"{kind}_sample|{name}": float(sample), **before}
 
 
 def moment_key(kind: str, at: float, sample: int, name: str) -> str:
@@ -105,7 +108,9 @@ def _columns(scene: Scene, unit: Unit, state: State) -> tuple[Column, ...]:
     else:
         moment, _, name = rest.split(" ", 2)
         twists = (right_twists if kind == SLIP else left_twists)(scene.nominal)
-        course = ((scene.t >= float(moment)) & (scene.name == name)).astype(float)
+        behind = f"{kind}_s|{name}" in state and f"{kind}_before|{scene.name}" not in state
+        own = scene.t >= float(moment) if scene.name == name else np.full(len(scene), behind)
+        course = own.astype(float)
     return tuple(Column(tcp=twists[:, :, k] * course[:, None]) for k in range(6))
 
 

@@ -71,7 +71,7 @@ def _with_moments(library: Sequence[Effect], lead: Lead) -> tuple[list[Effect], 
         return list(library), frozenset()
     state: dict[str, float] = {}
     for kind in kinds:
-        state |= at_moment(kind, change.at, change.row - 1, change.log)
+        state |= at_moment(kind, change.at, change.row - 1, change.log, change.earlier)
     keys = [moment_key(kind, change.at, change.row - 1, change.log) for kind in kinds]
     effects = [replace(e, start={**e.start, **state}) if e.name == DRIFT.name else e for e in library]
     return effects, frozenset(f"{DRIFT.name}//{key}" for key in keys)

@@ -65,8 +65,8 @@ def _what(entry: EffectFound) -> str:
     clear = {n: v for n, v in entry.parameters.items() if abs(v.value) > _CLEAR * v.std}
     first = sorted(clear, key=lambda n: -abs(clear[n].value) / max(clear[n].std, 1e-30))[:_VALUES]
     by = "; ".join([*(_value(n, clear[n].value) for n in first), f"{entry.moves_mm:.2g} mm at the tool"])
-    nothing = "" if entry.of_machine else ", nothing at the robot itself"
-    return f"{_called(entry)} ({by}{nothing})"
+    no_axis = "" if entry.of_machine else ", no axis of the robot"
+    return f"{_called(entry)} ({by}{no_axis})"
 
 
 def _called(entry: EffectFound) -> str:
