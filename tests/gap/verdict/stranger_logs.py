@@ -330,9 +330,7 @@ def brought() -> dict[str, Callable[[], Brought]]:
             "one empty cell": lambda m=m: set_of(m, 40, put("y", 5, np.nan)),
             "empty encoder": lambda m=m: set_of(m, 40, put("A3", [3, 11], np.nan)),
             "empty column": lambda m=m: set_of(m, 40, put("A3", slice(None), np.nan), refused="A3"),
-            "semicolons, commas": lambda m=m: spelt(
-                set_of(m, 40), lambda s: s.replace(",", ";").replace(".", ","), ""
-            ),
+            "semicolons, commas": lambda m=m: spelt(set_of(m, 40), lambda s: s.replace(",", ";").replace(".", ","), ""),
             "semicolons": lambda m=m: spelt(set_of(m, 40), lambda s: s.replace(",", ";"), ""),
             "decimal commas between commas": lambda m=m: spelt(set_of(m, 40), lambda s: s.replace(".", ","), "cells"),
             "milliseconds": lambda m=m: run_of(m, scaled("t", 1e3), refused="millisecond"),
