@@ -278,10 +278,14 @@ def _tables(cell: Cell) -> list[str]:
 def _of_one_tool(
     logs: Sequence[MeasurementLog], programs: Sequence[ProgramText | None], cell: Cell
 ) -> tuple[list[MeasurementLog], list[Cell], list[ProgramText | None]]:
-    """Logs of one tool each, the cells with these, and the programs; see `tool_stretches`. Of logs that have none behind the last
-    program none is known.
+    """Logs of one tool each, the cells with these, and the programs; see `tool_stretches`. Where each log says when it was
+    recorded they stand in that order, as what becomes another does so with time. Of logs that have none behind the last program
+    none is known.
     """
-    parts = tool_stretches(logs, [*programs, *[None] * len(logs)][: len(logs)], cell)
+    given = list(zip(logs, [*programs, *[None] * len(logs)], strict=False))
+    if all(log.info.recorded for log in logs):
+        given.sort(key=lambda pair: str(pair[0].info.recorded))
+    parts = tool_stretches([log for log, _ in given], [program for _, program in given], cell)
     return [p.log for p in parts], [p.cell for p in parts], [p.program for p in parts]
 
 

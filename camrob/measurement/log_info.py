@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from datetime import UTC, date, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,7 @@ class LogInfo:
     program: name of the program file beside the log. poses: rows are single poses at rest, not a path. same_poses_as: the
     log of another target on the same postures; same_frame_as, same_target_as: the log whose instrument stood where this
     one's stood, and whose reflector sat where this one's sat. state: of the machine, in any words: logs that name one alike are
-    of one. along: unit vector of what a distance d counts along;
+    of one. recorded: when; of one that gives an offset from UTC, in UTC. along: unit vector of what a distance d counts along;
     distance_from: m, the place that it is from; distance_from_unknown, distance_zero_unknown: that, and by how much it is short,
     are to be fitted.
     """
@@ -65,6 +66,7 @@ class LogInfo:
     same_frame_as: str = ""
     same_target_as: str = ""
     state: str = ""
+    recorded: datetime | None = None
     along: tuple[float, float, float] | None = None
     distance_from: tuple[float, float, float] | None = None
     distance_from_unknown: bool = False
@@ -84,8 +86,9 @@ _TEXTS = ("program", "instrument", "note", "same_poses_as", "same_frame_as", "sa
 _CHOICES: dict[str, type[StrEnum]] = {"measured_frame": MeasuredFrame, "target": Target}
 _FARTHEST = 1e6  # mm
 _TABLE = "table"  # of a log that another recorder wrote: `camrob.measurement.table_facts`
+_RECORDED = "recorded"
 _FROM, _ALONG, _ZERO = "d_from_mm", "d_along", "d_zero"  # of a distance d
-_KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, "poses", _FROM, _ALONG, _ZERO)
+_KEYS = (*_CHOICES, *_NUMBERS, *_TEXTS, _RECORDED, "poses", _FROM, _ALONG, _ZERO)
 
 
 def read_info(path: Path) -> LogInfo:
@@ -108,6 +111,8 @@ def read_info(path: Path) -> LogInfo:
             if not isinstance(value, bool):
                 raise wrong_key(path, key, "is neither true nor false", "write true or false")
             values[key] = value
+        elif key == _RECORDED:
+            values[key] = _moment(path, key, value)
         elif key in (_FROM, _ALONG, _ZERO):
             values |= _of_distance(path, key, value)
         elif key != _TABLE and (near := _meant(key)):
@@ -117,6 +122,20 @@ def read_info(path: Path) -> LogInfo:
     if values.get("distance_from_unknown"):
         values["measured_frame"] = MeasuredFrame.UNKNOWN  # where it is from is where the instrument stands
     return LogInfo(**values)
+
+
+def _moment(path: Path, key: str, value: Any) -> datetime:
+    """A day, or a day and a time; text is taken as ISO 8601 has it."""
+    try:
+        given = datetime.fromisoformat(value) if isinstance(value, str) else value
+        if isinstance(given, date) and not isinstance(given, datetime):
+            given = datetime(given.year, given.month, given.day)
+        if isinstance(given, datetime):
+            return given if given.tzinfo is None else given.astimezone(UTC).replace(tzinfo=None)
+    except (ValueError, OverflowError):
+        pass
+    hint = "write a day, 2026-11-28, or one with a time, 2026-11-28T14:30:00"
+    raise wrong_key(path, key, f"is {str(value)[:40]!r}", hint)
 
 
 def _of_distance(path: Path, key: str, value: Any) -> dict[str, Any]:
@@ -184,6 +203,8 @@ def info_text(info: LogInfo) -> str:
         lines.append(f"{_ALONG} = [{', '.join(f'{v:.15g}' for v in info.along)}]")
     if info.distance_zero_unknown:
         lines.append(f'{_ZERO} = "unknown"')
+    if info.recorded is not None:
+        lines.append(f"{_RECORDED} = {info.recorded.isoformat()}")
     if info.poses:
         lines.append("poses = true")
     return "\n".join(lines) + "\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,8 @@ def written(folder: Path, header: str, row: str, facts: str) -> Path:
         ("t,d,A1", "d_along = [0, 0, 0]", "d_along: is [0, 0, 0]"),
         ("t,d,A1", "d_along = [0, 0, 1]\nd_from_mm = [0, 0, 0]", "d_along: stands beside d_from_mm"),
         ("t,d,A1", "d_zero = 3", "d_zero: is 3"),
+        ("t,d,A1", 'recorded = "yesterday"', "recorded: is 'yesterday'"),
+        ("t,d,A1", "recorded = 12:00:00", "recorded: is '12:00:00'"),
     ],
 )
 def test_what_can_t_be_meant_is_refused(tmp_path, header, facts, what) -> None:
@@ -93,3 +96,20 @@ def test_what_a_distance_is_from_is_written_as_it_was_read(tmp_path) -> None:
         assert read_info(tmp_path / "b.toml") == info
     (tmp_path / "a.toml").write_text('d_from_mm = "unknown"')
     assert read_info(tmp_path / "a.toml").measured_frame is MeasuredFrame.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("text", "moment"),
+    [
+        ("2026-11-28", datetime(2026, 11, 28)),
+        ('"2026-11-28"', datetime(2026, 11, 28)),
+        ("2026-11-28 14:30:00", datetime(2026, 11, 28, 14, 30)),
+        ("2026-11-28T14:30:00+02:00", datetime(2026, 11, 28, 12, 30)),
+    ],
+)
+def test_when_a_log_was_recorded(tmp_path, text, moment) -> None:
+    (tmp_path / "a.toml").write_text(f"recorded = {text}\n")
+    info = read_info(tmp_path / "a.toml")
+    assert info.recorded == moment
+    (tmp_path / "b.toml").write_text(info_text(info))
+    assert read_info(tmp_path / "b.toml") == info

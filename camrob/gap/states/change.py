@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ class Change:
     """log: the first log of the later state, or the one in which it begins; at: s of that log behind which it does, None for all
     of it; row: the first row behind that moment, from 1; later: further logs of the later state; earlier: the other fitted ones;
     states: what LOG.toml calls the later state; before: the last log of the earlier one; now: the machine is in the later state
-    when the last log ends.
+    when the last log ends; recorded: when the first log of the later state was, None where it doesn't say so.
     """
 
     log: str
@@ -30,6 +31,7 @@ class Change:
     states: frozenset[str] = frozenset()
     before: str = ""
     now: bool = True
+    recorded: datetime | None = None
 
     @property
     def said(self) -> Since:
@@ -38,16 +40,17 @@ class Change:
         return Since(log=self.log, after=self.before or None, row=row, t_s=self.at, lasting=self.now)
 
     def course(self, scene: Scene) -> NDArray[np.float64]:
-        """(N,) 1 in the later state, 0 before. A log that takes no part in the fit is of the state that its LOG.toml names, or of
-        the machine's last one.
+        """(N,) 1 in the later state, 0 before. A log that takes no part in the fit is of the state that its LOG.toml names, else
+        of that of its day, or of the machine's last one.
         """
-        name, told = scene.name, scene.log.info.state
+        name, told, day = scene.name, scene.log.info.state, scene.log.info.recorded
         if name == self.log and self.at is not None:
             return np.asarray(scene.t > self.at, np.float64)
         fitted = name == self.log or name in self.later or name in self.earlier
         there = name == self.log or name in self.later
         if not fitted:
-            there = told in self.states if told and self.states else self.now
+            sooner = day is not None and self.recorded is not None and day < self.recorded
+            there = told in self.states if told and self.states else self.now and not sooner
         return np.full(len(scene), float(there))
 
     def shown_in(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:

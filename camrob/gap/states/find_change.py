@@ -19,6 +19,7 @@ from camrob.gap.evidence.model import Model
 from camrob.gap.evidence.search import explore
 from camrob.gap.evidence.unknown import UNKNOWN
 from camrob.gap.nuisances import NUISANCE
+from camrob.gap.observation.scene import Scene
 from camrob.gap.states.change import Change
 from camrob.gap.states.later_effect import base_name, name_since
 from camrob.gap.states.later_rows import Stretches, stretches_of, with_later
@@ -70,16 +71,17 @@ def _between_logs(model: Model) -> tuple[Change, ...]:
     names, told = [s.name for s in scenes], [s.log.info.state for s in scenes]
     if any(told):
         at = [k for k in range(1, len(names)) if told[k] != told[k - 1]]
-        return tuple(_since(names, k, frozenset(told[k:]) - frozenset(told[:k])) for k in at)
+        return tuple(_since(scenes, k, frozenset(told[k:]) - frozenset(told[:k])) for k in at)
     alone = [
         Change(n, frozenset(), frozenset(names) - {n}, before=before, now=False) for before, n in pairwise(names[:-1])
     ]
-    return (*(_since(names, k, frozenset()) for k in range(1, len(names))), *alone)
+    return (*(_since(scenes, k, frozenset()) for k in range(1, len(names))), *alone)
 
 
-def _since(names: Sequence[str], first: int, states: frozenset[str]) -> Change:
-    before = names[first - 1]
-    return Change(names[first], frozenset(names[first + 1 :]), frozenset(names[:first]), states=states, before=before)
+def _since(scenes: Sequence[Scene], first: int, states: frozenset[str]) -> Change:
+    names, day = [s.name for s in scenes], scenes[first].log.info.recorded
+    later, earlier, before = frozenset(names[first + 1 :]), frozenset(names[:first]), names[first - 1]
+    return Change(names[first], later, earlier, states=states, before=before, recorded=day)
 
 
 class _Glance(NamedTuple):
@@ -203,7 +205,8 @@ class _Looked:
         scenes = self.model.scenes
         names, t = [s.name for s in scenes], scenes[log].t
         at = float(0.5 * (t[row - 1] + t[row]))
-        return Change(names[log], frozenset(names[log + 1 :]), frozenset(names[:log]), at=at, row=row + 1)
+        later, earlier, day = frozenset(names[log + 1 :]), frozenset(names[:log]), scenes[log].log.info.recorded
+        return Change(names[log], later, earlier, at=at, row=row + 1, recorded=day)
 
     def _refined(self, glance: _Glance) -> Change:
         """The row, within a stretch of the moment, before which what came explains least and behind which most."""

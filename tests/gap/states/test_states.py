@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +22,18 @@ from camrob.gap.states.later_effect import base_name, can_change, since
 
 
 def _said(c, **told):
+    return _said_of(_logs(c, "state", told), c)
+
+
+def _logs(c, key, told):
     logs = [run.log_of(x) for x in (*c["logs"], *c["withheld"])]
-    for k, state in told.items():
-        at = int(k.removeprefix("log"))
-        logs[at] = replace(logs[at], info=replace(logs[at].info, state=state))
+    for name, value in told.items():
+        at = int(name.removeprefix("log"))
+        logs[at] = replace(logs[at], info=replace(logs[at].info, **{key: value}))
+    return logs
+
+
+def _said_of(logs, c):
     return diagnose(logs[: len(c["logs"])], run.cell_of(c["arm"]), withheld=logs[len(c["logs"]) :]).summary
 
 
@@ -47,6 +56,14 @@ def test_a_zero_lost_between_two_logs_is_new_and_nothing_else(lost_zero):
 def test_a_withheld_log_of_the_state_before_says_nothing_of_the_change(lost_zero):
     said = _said(lost_zero, log0="sound", log1="crashed", log2="sound")
     assert said.claimed[0].since is not None
+    assert said.together.withheld == "blocks of the logs"
+
+
+def test_logs_with_days_are_taken_in_their_order_and_one_withheld_is_of_the_machine_of_its_day(lost_zero):
+    days = {"log0": datetime(2026, 11, 2), "log1": datetime(2026, 11, 9, 14), "log2": datetime(2026, 11, 9, 8)}
+    before, after, kept = _logs(lost_zero, "recorded", days)
+    said = _said_of([after, before, kept], lost_zero)
+    assert said.changed.startswith("New between log0.csv and log1.csv: joint offset")
     assert said.together.withheld == "blocks of the logs"
 
 
