@@ -60,9 +60,8 @@ def walk_of(cell: Cell, motions: Motions, pieces: Pieces) -> Walk:
         for i in cell.indices(Role.WORKPIECE):
             held[i] = float(cell.joints[i].q_value(np.zeros(())))
     if arm.closed is None:
-        free = replace(
-            arm, lower=np.full(6, -np.inf), upper=np.full(6, np.inf)
-        )  # limits are the judge's, not the path's
+        # limits are the judge's, not the path's
+        free = replace(arm, lower=np.full(6, -np.inf), upper=np.full(6, np.inf))
         return _ByNewton(cell, free, motions, pieces, held)
     return _ByKernel(Machine(chain_arrays(cell), constant_transforms(cell, k), arm.closed, held), motions, pieces)
 
@@ -95,10 +94,8 @@ class _ByNewton:
         for first, stop in self._stretches():
             piece = np.repeat(np.arange(first, stop), pieces.steps[first:stop])
             at = (np.arange(len(piece)) - (pieces.first[piece] - pieces.first[first]) + 1) * self._step(piece)
-            piece, at = (
-                np.concatenate([[first], piece]),
-                np.concatenate([[0.0], at]),
-            )  # the node that the stretch begins in
+            # with the node that the stretch begins in
+            piece, at = np.concatenate([[first], piece]), np.concatenate([[0.0], at])
             rows = slice(int(pieces.first[first]), int(pieces.first[first]) + len(piece))
             before = q[rows.start].copy()
             if self._is_ptp(piece[:1])[0]:

@@ -13,12 +13,10 @@ from camrob.measurement.log_info import MeasuredFrame
 
 __all__ = ["moved_between", "own_frame", "stood_elsewhere"]
 
-_FARTHER = (
-    3.0  # times what stays otherwise: less may be what a cause does in one part of the work space and not in another
-)
-_LESS = (
-    0.5  # of the energy of what stays, that frames of their own leave at the most, where the logs lie less far apart
-)
+# times what stays otherwise: less may be what a cause does in one part of the work space and not in another
+_FARTHER = 3.0
+# of the energy of what stays, that frames of their own leave at the most, where the logs lie less far apart
+_LESS = 0.5
 
 
 def moved_between(model: Model) -> bool:

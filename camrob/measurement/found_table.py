@@ -29,19 +29,13 @@ _TURNED = 7.0  # rad: no axis of an arm goes farther from its zero, so that larg
 _STEPS_S = 0.05  # s from row to row: taken for ms they would be a rate that no recorder has
 _TURNING = (*AXES, *(f"c{n}" for n in AXES))
 _SLIDING = (*EXTERNAL, *(f"c{n}" for n in EXTERNAL))
-_MAY_BE = {
-    "t": ("time",),
-    **dict.fromkeys((*POSITION, "d"), ("lengths",)),
-}  # what a column's unit measures; of axes both
+# what a column's unit measures; of axes both
+_MAY_BE = {"t": ("time",), **dict.fromkeys((*POSITION, "d"), ("lengths",))}
 _KINDS = {u: kind for kind, units in UNITS.items() for u in units}
 _QUATERNION, _FANUC = ("qw", "qx", "qy", "qz"), ("w", "p", "r")
 _UNCLEAR = (("rx", "ry", "rz"), ("yaw", "pitch", "roll"))
-_EPOCHS = (
-    ("s", 1e8),
-    ("ms", 1e11),
-    ("us", 1e14),
-    ("ns", 1e17),
-)  # what a clock that counts from 1970 shows at the least
+# what a clock that counts from 1970 shows at the least
+_EPOCHS = (("s", 1e8), ("ms", 1e11), ("us", 1e14), ("ns", 1e17))
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,9 +42,8 @@ _MOST_TOLD, _ROWS_A_CYCLE = (
 _FASTEST, _MOST_RATES = 1.0, 20_000
 _EVEN = 0.1  # of the time between two poses: a clock whose steps differ by less is even
 _HARMONICS = 2  # of a period: what rings behind a stroke is no sine
-_SAME_COURSE = (
-    0.4  # share of the axes' own motion that a period shows, from which it is the motion's and not the time's
-)
+# share of the axes' own motion that a period shows, from which it is the motion's and not the time's
+_SAME_COURSE = 0.4
 _PUSH = 0.5  # of a strong acceleration (its 80 % quantile): what is loose rolls over under it
 _RIDGE = 1e-8  # of a column's own square
 _A_VALUE = 0.0015  # share that each fitted value costs

@@ -16,7 +16,7 @@ from camrob.gap.states.later_effect import can_change, since
 
 __all__ = ["shown_in", "with_change"]
 
-_LIKELY = 0.5
+_LIKELY = 0.5  # probability of all sets that hold what came, from which a change stands
 _KINDS = {FRAME: JUMP, TARGET: SLIP}
 
 

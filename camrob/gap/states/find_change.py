@@ -43,8 +43,7 @@ _STAYS = 0.5  # of the noise: where less stays, and nothing nameless explains it
 @dataclass(frozen=True)
 class Lead:
     """A change, the effects that came with it, each with its axis, those of sets that are nearly as good, and what is at work
-    beside it (names of units); how many
-    changes could have been picked, and the log units that it is better by.
+    beside it (names of units); how many changes could have been picked, and the log units that it is better by.
     """
 
     change: Change

@@ -20,9 +20,8 @@ __all__ = ["Stretches", "stretches_of", "with_later"]
 Array = NDArray[np.float64]
 
 _MOST, _FEWEST_ROWS = 12, 6  # stretches of a log, and rows of one
-_LEAST = (
-    1e-3  # of what a parameter moves the tool by in all rows, that it is taken to do in the later ones at the least
-)
+# of what a parameter moves the tool by in all rows, that it is taken to do in the later ones at the least
+_LEAST = 1e-3
 _SOME = 600  # rows of a log that tell well enough how far effects move the tool
 
 

@@ -13,9 +13,8 @@ __all__ = ["alternatives"]
 
 Set = frozenset[str]
 
-_REPORTED = (
-    0.97  # of the probability: the likeliest sets that hold as much are reported, and no name that all else holds
-)
+# of the probability: the likeliest sets that hold as much are reported, and no name that all else holds
+_REPORTED = 0.97
 
 
 def alternatives(sets: Mapping[Set, float], probability: Mapping[str, float]) -> list[Alternative]:

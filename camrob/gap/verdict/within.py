@@ -27,9 +27,8 @@ _LEFT = 0.45  # of the noise: structure that is more than the nuisances of all t
 _STEP = 1e-6  # rad or m, of the difference quotient
 _SOME = 300  # samples that tell an axis's lever over the work well enough
 _SHOWN = 1.3  # times the stated noise that may show before the instrument isn't what was stated
-_SHAKES = (
-    1.6  # times the noise, from which a gap is none that hangs together in nothing: what rattles does not, row by row
-)
+# times the noise, from which a gap is none that hangs together in nothing: what rattles does not, row by row
+_SHAKES = 1.6
 
 
 @dataclass(frozen=True)

@@ -39,9 +39,8 @@ Array = NDArray[np.float64]
 _ROUNDS = 2  # corrections on the machine as diagnosed: the second takes what the first has changed
 _BETTER = 0.98  # of the mean square off the path: a round that takes less than that off is not worth another program
 _SLACK = 1.1  # by so much 95 % of the way may be farther off where the mean square is less
-_FARTHER = (
-    1e-5  # m rms by which a motion that is farther off than before is told: less than half of what any arm repeats to
-)
+# m rms by which a motion that is farther off than before is told: less than half of what any arm repeats to
+_FARTHER = 1e-5
 _SEEN = 3e-5  # m that stay for their speed's sake, and are worth a word: as much as a good arm repeats to
 _PRINTED = 1e-3  # degrees: rounding of what is printed, and well below what anybody would teach
 _OF_ONE = "holds the tool's own frame, as of the one that was measured: it is taken for all of them"

@@ -35,9 +35,8 @@ _PLACES = 10  # the worst ones, as the contract says
 _APART, _APART_SHARE = 3.0, 0.05  # mm between two of them, and of the part's longest side: nearer ones are one place
 _GRAZED = 1e-12  # m3: less than a thousandth of a mm3 is where two walls touch
 _ROUNDING, _RUNOUT = "corner_rounding", "run-out"
-_CORRECTED = (
-    "correction and corner_rounding"  # between the path that is meant and the corrected one, as the controller goes it
-)
+# between the path that is meant and the corrected one, as the controller goes it
+_CORRECTED = "correction and corner_rounding"
 
 
 def force_of(pushes: Sequence[CuttingForce], tools: Sequence[ToolSetup], path: TruePath) -> PredictedForce:

@@ -37,9 +37,8 @@ class RunFigures(NamedTuple):
 Run: TypeAlias = Callable[[ToolPathInBase, Solution], RunFigures]
 
 _WORTH = 0.002  # of the price: what is not cheaper by that is no other plan
-_WORTH_MOVING = (
-    0.01  # and what still external axes are set in motion for: less than that is not what a price is known to
-)
+# and what still external axes are set in motion for: less than that is not what a price is known to
+_WORTH_MOVING = 0.01
 _LONGER, _LESS_HELD = 0.001, 0.005  # shares that are no loss: what runs that are alike differ by
 _LONGER_WITHIN = 0.1  # of time within all limits, which the worst single place of a cut decides
 _TWINS = 0.01  # m and rad that freedoms differ by at the most where two plans are one

@@ -30,9 +30,8 @@ _AXIS = 5e-6  # rad, or mm: what axis values are rounded to
 _TIME = 1e-4  # s
 _WAY = 0.01  # mm
 SAMPLES = 40_000  # what a page stays small with
-_CLOSE = (
-    2e-5  # m that a point left out may lie off the lines between its neighbours; more where the run is still too long
-)
+# m that a point left out may lie off the lines between its neighbours; more where the run is still too long
+_CLOSE = 2e-5
 _STICK = Cutter(1e-3, 0.0, 0.1)  # how far up the tool its direction counts as much as its tip
 _REVISION_SAMPLES = 12  # of each posture revision, the pose held
 

@@ -14,9 +14,8 @@ Array = NDArray[np.float64]
 
 _STILL = 1e-9  # rad: the same to the last digit
 _SOME = 200  # rows that tell it
-_LEFT = (
-    0.1  # of the gap that is left where the axis is let go in each row, at the most: one of three numbers takes a fifth
-)
+# of the gap that is left where the axis is let go in each row, at the most: one of three numbers takes a fifth
+_LEFT = 0.1
 _GRID = tuple(deg_to_rad(v) for v in (5.0, 0.5, 0.05))  # steps in which each row's value is sought, ever finer
 _FAR = deg_to_rad(180.0)
 _AROUND = 12  # steps to either side of the last
