@@ -126,16 +126,17 @@ def read_info(path: Path) -> LogInfo:
 
 def _moment(path: Path, key: str, value: Any) -> datetime:
     """A day, or a day and a time; text is taken as ISO 8601 has it."""
+    hint = "write a day, 2026-11-28, or one with a time, 2026-11-28T14:30:00"
+    wrong = wrong_key(path, key, f"is {str(value)[:40]!r}", hint)
     try:
         given = datetime.fromisoformat(value) if isinstance(value, str) else value
         if isinstance(given, date) and not isinstance(given, datetime):
             given = datetime(given.year, given.month, given.day)
-        if isinstance(given, datetime):
-            return given if given.tzinfo is None else given.astimezone(UTC).replace(tzinfo=None)
+        if not isinstance(given, datetime):
+            raise wrong
+        return given if given.tzinfo is None else given.astimezone(UTC).replace(tzinfo=None)
     except (ValueError, OverflowError):
-        pass
-    hint = "write a day, 2026-11-28, or one with a time, 2026-11-28T14:30:00"
-    raise wrong_key(path, key, f"is {str(value)[:40]!r}", hint)
+        raise wrong from None
 
 
 def _of_distance(path: Path, key: str, value: Any) -> dict[str, Any]:

@@ -445,7 +445,9 @@ def test_wrong_cells_and_numbers_end_with_one_line_and_no_file(small_cell, tmp_p
     shutil.copy(FOLDER / "tracker.toml", folder)
     refused(capsys, ["--cell", folder, "--out", out], 2, "for an arm alone")
     cell = small_cell()
-    refused(capsys, ["--cell", cell, "--out", out, "--gain", "0.4"], 3, "unstable", "0.400", "axis A3")
+    refused(
+        capsys, ["--cell", cell, "--out", out, "--gain", "0.4"], 3, "unstable", "axis A3; 0.4 where the limit is 0."
+    )
     refused(capsys, ["--cell", cell, "--out", out, "--gain", "nan"], 2, "gain")
     refused(capsys, ["--cell", cell], 2, "--out")
     refused(capsys, ["--out", out], 2, "--cell")

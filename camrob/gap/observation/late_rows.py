@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camrob.cell.cell import Cell
+from camrob.gap.observation.mistakes.mistaken_drives import made_of_encoders
 from camrob.gap.observation.scene import Scene, make_scene
 from camrob.measurement.log import MeasurementLog
 
@@ -18,10 +19,8 @@ Array = NDArray[np.float64]
 _MANY = 5000  # rows that tell it, of those from the first on
 _LEAST = 100  # rows
 _FARTHEST = 10  # rows that they are late at the most
-_WHOLE, _AXIS = (
-    0.1,
-    0.25,
-)  # of a row: how far off a whole number of them the delays of all axes, and of each, are at the most
+# of a row: how far off a whole number of them the delays of all axes, and of each, are at the most
+_WHOLE, _AXIS = 0.1, 0.25
 _EVEN = 0.1  # of the step in time that rows differ by at the most
 _STILL = 1e-3  # of the fastest axis: a slower one tells no delay
 
@@ -68,7 +67,10 @@ def _late_rows(log: MeasurementLog, cell: Cell) -> tuple[str, int] | None:
     if not whole or not 1 <= abs(count) <= _FARTHEST:
         return None
     if count < 0:
-        return "c", -count
+        told, is_ = np.asarray(scene.setpoint), np.asarray(scene.encoder)
+        # a program's own values, which are refused, look late too
+        made = (made_of_encoders(told[:, k], is_[:, k], axis) for k, axis in enumerate(scene.axes))
+        return None if any(made) else ("c", -count)
     ahead = _readings_ahead(scene) if scene.tracked else 0.0
     return ("", count) if abs(ahead / step - count) < _WHOLE else None
 

@@ -236,8 +236,8 @@ def check_release(
     close = _close_to_limits(back, inputs, planned=solution.method != "vjm")
     findings = collapse(
         [
-            *inputs.urgent,
             *process.urgent,
+            *inputs.urgent,
             *inputs.toolpath.findings,
             *inputs.findings,
             *process.findings,

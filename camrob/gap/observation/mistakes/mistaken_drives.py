@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from camrob.gap.observation.scene import Scene
 from camrob.units import deg_to_rad, mm_to_m, rad_to_deg
 
-__all__ = ["check_drives"]
+__all__ = ["check_drives", "made_of_encoders"]
 
 Array = NDArray[np.float64]
 
@@ -19,10 +19,8 @@ _FAR_TURNED, _FAR_MOVED = deg_to_rad(5.0), mm_to_m(50.0)  # no drive stays so fa
 _LEFT = 0.1  # of it that is left where a mistake is corrected, at the most
 _STILL, _MOVES = 1e-9, deg_to_rad(1.0)  # rad and m: stays the same to the last digit; moves
 _ZEROS = (90.0, -90.0, 180.0)  # degrees by which makers and textbooks count axes differently
-_EXACT, _NO_COPY = (
-    1e-7,
-    1e-6,
-)  # of how it moves: so near only where one was reckoned from the other; a factor so near 1 is one
+# of how it moves: so near only where one was reckoned from the other; a factor so near 1 is one
+_EXACT, _NO_COPY = 1e-7, 1e-6
 _LENGTHS = {"metres": 1000.0, "inches": 25.4, "centimetres": 10.0}  # mm
 
 
@@ -39,7 +37,7 @@ def check_drives(scene: Scene) -> None:
                 one, other = (f"{n}{axis}" for n in names)
                 what = f"its {one} stays the same to the last digit while {other} moves"
                 raise scene.log.error(what, hint=f"log {one} itself, or leave its column out in all rows")
-        if not scene.poses and (words := _made_of_encoders(told[:, k], is_[:, k], axis)):
+        if not scene.poses and (words := made_of_encoders(told[:, k], is_[:, k], axis)):
             raise scene.log.error(words, hint="log what the drive gets in every cycle, or leave set-points out")
     far = np.array([_FAR_MOVED if s else _FAR_TURNED for s in _slides(scene)])
     size = _apart(scene, is_ - told) / far
@@ -51,7 +49,7 @@ def check_drives(scene: Scene) -> None:
         raise scene.log.error(words, hint="correct the log (or [table] in its .toml), and diagnose it again")
 
 
-def _made_of_encoders(told: Array, is_: Array, axis: str) -> str:
+def made_of_encoders(told: Array, is_: Array, axis: str) -> str:
     """In words, where a program reckons each set-point from the place of a row before (a part of the way to the goal, say): the
     drive's error is no part of what lies between, however well it follows. "" where it isn't so to the last digit.
     """
