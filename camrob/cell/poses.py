@@ -33,10 +33,8 @@ _AXIS = ("tool_z_x", "tool_z_y", "tool_z_z")
 _TEXTS = ("name", "source", "note")
 _ARM = 6  # axes
 _COUPLED = ((2, 1), (4, 3), (5, 4), (5, 3))  # arm axes, and those that some controllers count them with
-_TELLING, _TURNED = (
-    2,
-    1.0,
-)  # poses in which the other axis has to be turned by so many degrees, so that they say anything of it
+# poses in which the other axis has to be turned by so many degrees, so that they say anything of it
+_TELLING, _TURNED = 2, 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,12 +16,10 @@ from camrob.cell.setup import ToolSetup
 from camrob.checks.air import AirRuns
 from camrob.checks.pairs import plan_pairs
 
-__all__ = ["Rooms", "job_room", "nearest_pairs", "pair_rooms"]
+__all__ = ["Rooms", "job_room", "named_pairs", "pair_rooms"]
 
 Array = NDArray[np.float64]
 Keep = Callable[[Body, Body], bool]
-
-_EXACT = 2e-3  # of a distance, to which `pair_distances` finds it, twice
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,67 +47,13 @@ def pair_rooms(
     CellError for a mesh of the cell that can't be read.
     """
     q = np.ascontiguousarray(q, float)
-    names, room = _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, touch, None)
+    names, room = named_pairs(
+        cell, part_mesh=part_mesh, stock_mesh=stock_mesh, base_T_part=base_T_part, tool=tool, touch=touch
+    )
     if room is None:
         return Rooms((), np.empty((0, len(q))))
     distance = np.stack([pair_distances(room.links, room.riders, int(a), int(b), q) for a, b in room.pairs])
     return Rooms(names, distance)
-
-
-def nearest_pairs(
-    cell: Cell,
-    q: Array,
-    *,
-    part_mesh: Array | None = None,
-    stock_mesh: Array | None = None,
-    base_T_part: Array | None = None,
-    tool: ToolSetup | None = None,
-    keep: Keep | None = None,
-) -> tuple[tuple[tuple[str, str], ...], NDArray[np.int64], Array]:
-    """Names of the bodies of P pairs that `check_collisions` follows, which pair (K,) is nearest in postures q (K, n), and how
-    far (K,), m, it is apart, 0 where it touches. Some 10 us a posture and pair whose balls come that near.
-
-    Meshes, pose, tool and errors as there; the tool isn't held to the part, as it cuts it. keep: which two bodies are looked at.
-    """
-    q = np.ascontiguousarray(q, float)
-    names, room = _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, None, keep)
-    nearest, distance = np.zeros(len(q), np.int64), np.full(len(q), np.inf)
-    if room is None:
-        return (), nearest, distance
-    least = _between_balls(room, q)
-    for k in np.argsort(least.mean(axis=1), kind="stable").tolist():
-        rows = np.flatnonzero(least[k] <= distance)
-        if not len(rows):
-            continue
-        far, near = (int(body) for body in room.pairs[k])
-        apart = pair_distances(room.links, room.riders, far, near, q[rows])
-        closer = (apart < distance[rows]) | ((apart == distance[rows]) & (k < nearest[rows]))
-        distance[rows[closer]], nearest[rows[closer]] = apart[closer], k
-    return names, nearest, distance
-
-
-def _between_balls(room: Room, q: Array) -> Array:
-    """What each pair (P,) is apart at the least in postures q (K, n): by the balls about its bodies."""
-    links, riders = room.links, room.riders
-    frame = np.broadcast_to(np.eye(4), (len(q), 4, 4))
-    frames = []
-    for i, slides in enumerate(links.prismatic.tolist()):
-        move = np.broadcast_to(np.eye(4), (len(q), 4, 4)).copy()
-        if slides:
-            move[:, 2, 3] = q[:, i]
-        else:
-            cosine, sine = np.cos(q[:, i]), np.sin(q[:, i])
-            move[:, 0, 0], move[:, 0, 1], move[:, 1, 0], move[:, 1, 1] = cosine, -sine, sine, cosine
-        frame = frame @ links.before[i] @ move @ links.after[i]
-        frames.append(frame)
-    frames.append(np.broadcast_to(np.eye(4), (len(q), 4, 4)))  # link -1: `base`
-    middle = np.c_[riders.pieces.center[riders.root], np.ones(len(riders.root))]
-    places = [
-        (frames[link] @ (T @ at))[:, :3] for link, T, at in zip(riders.link, riders.link_T_body, middle, strict=True)
-    ]
-    reach = riders.pieces.reach[riders.root]
-    apart = [np.linalg.norm(places[a] - places[b], axis=1) - reach[a] - reach[b] for a, b in room.pairs]
-    return np.asarray((1.0 - _EXACT) * np.array(apart))
 
 
 def job_room(
@@ -124,19 +68,22 @@ def job_room(
     """The pairs of `pair_rooms` for `rooms`, which finds the least distance of all of them in one pass, some microseconds a
     posture; touch as there. None where no two bodies may not touch.
     """
-    return _pairs(cell, part_mesh, stock_mesh, base_T_part, tool, touch, None)[1]
+    return named_pairs(
+        cell, part_mesh=part_mesh, stock_mesh=stock_mesh, base_T_part=base_T_part, tool=tool, touch=touch
+    )[1]
 
 
-def _pairs(
+def named_pairs(
     cell: Cell,
-    part_mesh: Array | None,
-    stock_mesh: Array | None,
-    base_T_part: Array | None,
-    tool: ToolSetup | None,
-    touch: float | None,
-    keep: Keep | None,
+    *,
+    part_mesh: Array | None = None,
+    stock_mesh: Array | None = None,
+    base_T_part: Array | None = None,
+    tool: ToolSetup | None = None,
+    touch: float | None = None,
+    keep: Keep | None = None,
 ) -> tuple[tuple[tuple[str, str], ...], Room | None]:
-    """Names of the bodies of each pair, and the pairs."""
+    """Names of the bodies of each pair of `pair_rooms`, and the pairs; keep: which two bodies are looked at."""
     base_T_part = np.eye(4) if base_T_part is None else np.asarray(base_T_part, float)
     job = [
         job_body(group, np.asarray(mesh, float), base_T_part)

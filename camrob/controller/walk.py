@@ -6,9 +6,7 @@ with an offset) the same places are worked out here in numpy, and the arm follow
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -32,6 +30,7 @@ from camrob.controller.replay import constant_transforms
 from camrob.kinematics.arm import FOLLOW_UNREACHED, FOLLOWED, Arm
 from camrob.kinematics.frames import base_T_tool
 from camrob.kinematics.kernels import chain_arrays
+from camrob.runs import runs_of
 from camrob.se3 import pose, rotation_exp
 
 __all__ = ["Walk", "walk_of"]
@@ -91,8 +90,9 @@ class _ByNewton:
     def nodes(self, start: Array, jump: float, q: Array, p: Array) -> tuple[int, int]:
         pieces, arm = self.pieces, self.cell.arm_slice
         q[0] = start
-        for first, stop in self._stretches():
-            piece = np.repeat(np.arange(first, stop), pieces.steps[first:stop])
+        for part in runs_of(self._is_ptp(np.arange(len(pieces.motion)))):
+            first = part.start
+            piece = np.repeat(np.arange(first, part.stop), pieces.steps[part])
             at = (np.arange(len(piece)) - (pieces.first[piece] - pieces.first[first]) + 1) * self._step(piece)
             # with the node that the stretch begins in
             piece, at = np.concatenate([[first], piece]), np.concatenate([[0.0], at])
@@ -130,13 +130,6 @@ class _ByNewton:
                         return int(np.flatnonzero(mask)[i])
             q[mask], p[mask], R[mask] = q_, p_, R_
         return len(piece)
-
-    def _stretches(self) -> Iterator[tuple[int, int]]:
-        """Runs of pieces, first and behind the last, that all lead the axes, or all the tool."""
-        count = len(self.pieces.motion)
-        axes = self._is_ptp(np.arange(count))
-        edges = [0, *(np.flatnonzero(np.diff(axes)) + 1).tolist(), count]
-        yield from pairwise(edges)
 
     def _is_ptp(self, piece: Indices) -> Flags:
         return np.asarray(self.motions.kind[self.pieces.motion[piece]] == PTP)

@@ -38,7 +38,7 @@ def left_out_of(logs: Sequence[MeasurementLog], taken: Sequence[MeasurementLog])
     said = []
     for log, part in zip(logs, taken, strict=True):
         if 2 * len(part) < len(log):
-            name = log.path.name if log.path is not None else "log"
+            name = log.name
             how = "some of them, evenly" if log.info.poses else f"{_STRETCHES} stretches of them, evenly over its time"
             said.append(f"{name} holds {len(log)} rows: {len(part)} stand for all, {how}")
     return said

@@ -61,7 +61,7 @@ def _taken_apart(log: MeasurementLog, program: ProgramText, cell: Cell) -> list[
     told = np.isin(log.line, np.asarray(program.line))
     motion = motions_of_lines(program, log.line)
     number = np.searchsorted([rows[0] for _text, _cell, rows in runs], motion, side="right") - 1
-    name = log.path.name if log.path is not None else "log"
+    name = log.name
     out: list[ToolStretch] = []
     first_with: dict[str, str] = {}
     for k, (text, tooled, _rows) in enumerate(runs):

@@ -82,9 +82,18 @@ class MeasurementLog:
     def __len__(self) -> int:
         return len(self.columns["t"])
 
+    @property
+    def name(self) -> str:
+        """The file's name, "log" of one made here."""
+        return self.path.name if self.path is not None else "log"
+
     def has(self, *names: str) -> bool:
         """True where the log has all these columns."""
         return all(name in self.columns for name in names)
+
+    def has_axes(self, names: Sequence[str]) -> bool:
+        """True where it has all these axes, by encoder or by set-point."""
+        return self.has(*names) or self.has(*(f"c{name}" for name in names))
 
     def matrix(self, names: Sequence[str]) -> Array:
         """Columns (N, k) in the units of the file. Raises LogError where one is absent."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from camrob.cell.cell import Cell
 from camrob.errors import LogError
@@ -15,6 +16,8 @@ from camrob.gap.observation.mistakes.moved_instrument import moved_instrument
 from camrob.measurement.log import MeasurementLog
 
 __all__ = ["Recorded", "as_recorded"]
+
+_Answer = TypeVar("_Answer")
 
 _READINGS = (alternating, moved_instrument)  # what is asked of readings
 
@@ -33,24 +36,18 @@ class Recorded:
 def as_recorded(logs: Sequence[MeasurementLog], cells: Sequence[Cell]) -> Recorded:
     """Logs with what their recorders mixed up taken off."""
     fresh = [fresh_rows(log, cell) for log, cell in zip(logs, cells, strict=True)]
-    timed = [_timed(log, cell) for (log, _), cell in zip(fresh, cells, strict=True)]
+    timed = [_asked(rows_in_time, log, cell, (log, "")) for (log, _), cell in zip(fresh, cells, strict=True)]
     clock = brought_together([log for log, _ in timed], cells)
-    beside = [_asked(ask, log, c) for log, c in zip(clock.logs, cells, strict=True) for ask in _READINGS]
+    beside = [_asked(ask, log, c, "") for log, c in zip(clock.logs, cells, strict=True) for ask in _READINGS]
     said = tuple(words for words in (*(w for _, w in (*fresh, *timed)), *beside) if words)
     return Recorded(clock.logs, clock.delays, said)
 
 
-def _timed(log: MeasurementLog, cell: Cell) -> tuple[MeasurementLog, str]:
-    """As `rows_in_time`; a log that can't be laid out is refused where it is."""
-    try:
-        return rows_in_time(log, cell)
-    except LogError:
-        return log, ""
-
-
-def _asked(ask: Callable[[MeasurementLog, Cell], str], log: MeasurementLog, cell: Cell) -> str:
-    """What is to be said of a log's readings; a log that can't be laid out is refused where it is."""
+def _asked(
+    ask: Callable[[MeasurementLog, Cell], _Answer], log: MeasurementLog, cell: Cell, otherwise: _Answer
+) -> _Answer:
+    """What is found of a log, `otherwise` where it can't be laid out: it is refused where it is."""
     try:
         return ask(log, cell)
     except LogError:
-        return ""
+        return otherwise

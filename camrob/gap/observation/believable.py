@@ -45,13 +45,13 @@ def check_believable(scenes: Sequence[Scene]) -> dict[str, float]:
         check_drives(scene)
         check_reading(scene)
         size, angle = _gap(scene)
-        if size <= mm_to_m(_FARTHEST_MM) and angle <= deg_to_rad(_FARTHEST_DEG):
+        if not _beyond(size, angle):
             continue
         found = lost_zero(scene)
         if found is not None:
             lost[found[0]] = found[1]
             continue
-        cause = mixed_up(scene, again="diagnose")
+        cause = _mistake(scene, size, again="diagnose")
         if cause is not None:
             raise cause
         if size > mm_to_m(_FARTHEST_MM):
@@ -77,14 +77,24 @@ def mixed_up(scene: Scene, *, again: str) -> LogError | None:
     that was tried mends it. again: the verb that is then to be asked again.
     """
     size, angle = _gap(scene)
-    far = size > mm_to_m(_FARTHEST_MM)
-    if (not far and angle <= deg_to_rad(_FARTHEST_DEG)) or lost_zero(scene) is not None:
+    if not _beyond(size, angle) or lost_zero(scene) is not None:
         return None
+    return _mistake(scene, size, again=again)
+
+
+def _mistake(scene: Scene, size: float, *, again: str) -> LogError | None:
+    """The one mistake of those tried that mends a gap that can't be this cell's, whose median is `size`, m; None without one."""
+    far = size > mm_to_m(_FARTHEST_MM)
     words = mistaken(scene) if far else mistaken_turns(scene)
     if not words:
         return None
     hint = f"correct the log (or [table] in its .toml) or the cell, and {again} it again"
     return scene.log.error(words, hint=hint, at=_first_far(scene, size) if far else _first_turned(scene))
+
+
+def _beyond(size: float, angle: float) -> bool:
+    """Whether a gap of m and rad (medians) is none that a working cell has."""
+    return size > mm_to_m(_FARTHEST_MM) or angle > deg_to_rad(_FARTHEST_DEG)
 
 
 def _check_moves(scene: Scene) -> None:

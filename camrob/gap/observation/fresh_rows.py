@@ -35,7 +35,7 @@ def fresh_rows(log: MeasurementLog, cell: Cell) -> tuple[MeasurementLog, str]:
             said.append(f"{words} are new in one row of {every} alone")
     if not said or keep.sum() < _LEAST:
         return log, ""
-    name = log.path.name if log.path is not None else "log"
+    name = log.name
     return log.select(
         np.flatnonzero(keep)
     ), f"{name}: its {' and its '.join(said)}, so that those {keep.sum()} rows stand for all"

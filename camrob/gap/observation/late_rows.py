@@ -36,7 +36,7 @@ def rows_in_time(log: MeasurementLog, cell: Cell) -> tuple[MeasurementLog, str]:
     if found is None:
         return log, ""
     kind, rows = found
-    name, step = log.path.name if log.path is not None else "log", float(np.median(np.diff(log.t)))
+    name, step = log.name, float(np.median(np.diff(log.t)))
     by = f"{rows} row{'s' if rows > 1 else ''} ({rows * step:.3f} s)"
     if kind:
         words = f"the set-points of {name} stand {by} behind its encoder values, which no drive is ahead of"

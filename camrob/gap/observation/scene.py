@@ -343,7 +343,7 @@ def _lay_out(
     sigma = np.array([log.info.sigma_position] * 3 + [log.info.sigma_angle] * 3)
     torque = gravity_on_axes(model, cell, q, axes)
     return Scene(
-        name=log.path.name if log.path is not None else "log",
+        name=log.name,
         cell=cell,
         log=log,
         t=log.t,

@@ -12,7 +12,7 @@ from camrob.gap.evidence.comparison import compare, unit_name
 from camrob.gap.evidence.model import Model
 from camrob.gap.observation.scene import Scene
 from camrob.gap.states.find_change import FRAME, TARGET, Lead, find_change
-from camrob.gap.states.later_effect import can_change, since
+from camrob.gap.states.later_effect import base_name, can_change, since
 
 __all__ = ["shown_in", "with_change"]
 
@@ -33,7 +33,7 @@ def with_change(model: Model, library: Sequence[Effect]) -> tuple[Model, list[Ef
         unit_name(u)
         for e in more
         for u in e.units(model.scenes, {**e.start, **e.begin(model.scenes)})
-        if (e.name.partition(" ")[0], u.axis) in lead.came
+        if (base_name(e.name), u.axis) in lead.came
     )
     other = compare(model.scenes, [*effects, *more], begun | moments | lead.beside)
     new = {e.name for e in more}

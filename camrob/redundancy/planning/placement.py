@@ -20,7 +20,7 @@ from camrob.redundancy.planning.sought import between_nodes
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.se3 import inverse
 
-__all__ = ["Placements", "place_part", "place_stretches"]
+__all__ = ["Placements", "place_stretches"]
 
 Array = NDArray[np.float64]
 
@@ -59,20 +59,6 @@ class Placements:
         """The placements in reach, the best one first."""
         order = np.argsort(-self.value, kind="stable")
         return np.asarray(order[self.value[order] > 0.0])
-
-
-def place_part(
-    cell: Cell,
-    path: ToolPathInBase,
-    base_T_part: Array,
-    shifts: Array,
-    *,
-    progress: Share | None = None,
-    seconds: float | None = None,
-    poses: int = POSES,
-) -> Placements:
-    """`place_stretches` of a path that one tool goes."""
-    return place_stretches([(cell, path)], base_T_part, shifts, progress=progress, seconds=seconds, poses=poses)
 
 
 def place_stretches(

@@ -41,9 +41,8 @@ def all_touch(task: Task, plan: Plan, path: ToolPathInBase, points: NDArray[np.i
             land.space.lower,
             land.space.upper,
         )
-        fresh = np.append(
-            True, np.any(u[1:] != u[:-1], axis=1) | (branch[1:] != branch[:-1])
-        )  # whole turns stand alike
+        # whole turns stand alike
+        fresh = np.append(True, np.any(u[1:] != u[:-1], axis=1) | (branch[1:] != branch[:-1]))
         if len(u) and not np.any(room_of.at(u[fresh], q[fresh]) > 0.0):
             line, count = int(path.line[point]), int(fresh.sum())
             text = f"at CL line {line} each of the {count} postures that were looked at touches something"

@@ -34,7 +34,7 @@ from camrob.kinematics.frames import world_T_base
 from camrob.kinematics.second_library import pinocchio_poses
 from camrob.languages.read_program import read_program
 from camrob.program.motion import Motion
-from camrob.redundancy.planning.placement import place_part
+from camrob.redundancy.planning.placement import place_stretches
 from camrob.se3 import frame_from_mm_deg
 
 POSE = (r"^spindle_rpm = ", "tool_change_pose = [20, -80, 100, 10, 60, 5, 300, 30]\nspindle_rpm = ")
@@ -276,7 +276,7 @@ def test_a_place_is_one_at_which_every_tool_works(tmp_path: Path, monkeypatch: p
     said = place(clfile, cell=KR15, out=tmp_path / "out", x_mm=150.0, y_mm=0.0).summary
     inputs = read_inputs(clfile, read_cell(KR15), None)
     here, shifts = np.asarray(inputs.setup.base_T_part), np.zeros((0, 3))
-    alone = [place_part(cell, path, here, shifts) for cell, path in inputs.by_stretch()]
+    alone = [place_stretches([(cell, path)], here, shifts) for cell, path in inputs.by_stretch()]
     assert said.now.inv_kf_bound_min == pytest.approx(min(float(a.worst[0]) for a in alone))
     means = [float(a.mean[0]) for a in alone]
     assert min(means) + 1e-3 < said.now.inv_kf_bound_mean < max(means) - 1e-3

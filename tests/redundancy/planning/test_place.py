@@ -22,7 +22,7 @@ from camrob.kinematics.kernels import chain_arrays, inverse_kf_many
 from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.freedoms import plan_space
-from camrob.redundancy.planning.placement import place_part
+from camrob.redundancy.planning.placement import place_stretches
 from camrob.report.place.place_map import place_map
 from camrob.se3 import pose
 from camrob.summaries.place_summary import Placement, PlaceSummary
@@ -49,7 +49,7 @@ def two_points(x: float, z: float) -> ToolPathInBase:
 def test_bounds_of_placements_are_the_known_ones():
     """A point on the axis, moved to known places: 0.623 on the axis, 0.657 100 mm off it on either side, 0.640 higher."""
     shifts = np.array([[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.2], [0.0, 0.0, 3.0]])
-    found = place_part(CELL, two_points(0.0, 0.2), np.eye(4), shifts)
+    found = place_stretches([(CELL, two_points(0.0, 0.2))], np.eye(4), shifts)
     np.testing.assert_allclose(found.mean, [0.623, 0.657, 0.657, 0.657, 0.640, 0.0], atol=6e-4)
     assert found.best in (1, 2, 3) and found.here == 0
     np.testing.assert_allclose(found.base_T_part[1:, :3, 3], shifts)
@@ -57,7 +57,7 @@ def test_bounds_of_placements_are_the_known_ones():
 
 def test_out_of_reach_is_said():
     with pytest.raises(UnreachableError, match="no placement"):
-        place_part(CELL, two_points(0.0, 4.0), np.eye(4), np.zeros((1, 3)))
+        place_stretches([(CELL, two_points(0.0, 4.0))], np.eye(4), np.zeros((1, 3)))
 
 
 @pytest.mark.slow
@@ -183,7 +183,7 @@ def test_a_cell_without_spare_freedom_is_bounded_by_its_branches_and_not_planned
     q = cell.q_home + 0.1
     tool = base_T_tool(cell, q)
     path = replace(two_points(0.0, 0.0), base_T_tip=np.repeat(tool[None], 2, axis=0))
-    found = place_part(cell, path, np.eye(4), np.array([[0.0, 0.0, 50.0]]))
+    found = place_stretches([(cell, path)], np.eye(4), np.array([[0.0, 0.0, 50.0]]))
     assert found.mean[0] >= float(inverse_kf_many(chain_arrays(cell), q[None])[0]) - 1e-6 and found.mean[1] == 0.0
     with pytest.raises(
         CellError, match=r"put the engine's .fis file"

@@ -16,7 +16,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.certificate import _climb_all, certify, external_grid, scan, survey_poses
 from camrob.redundancy.planning.freedoms import plan_space
-from camrob.redundancy.planning.placement import SPACING, place_part
+from camrob.redundancy.planning.placement import SPACING, place_stretches
 from camrob.redundancy.planning.waypoints import waypoints
 from camrob.toolpath.region import Move
 from camrob.units import deg_to_rad
@@ -86,7 +86,7 @@ def test_no_placement_that_a_scan_reaches_is_called_out_of_reach() -> None:
     """By the neighbours' basins alone all were, and the part was refused; one 4 m up is."""
     path = in_pocket(drawn(40, 0.2, 5)[:, :2, 3])
     near = 0.05 * product_grid([np.array([-1.0, 0.0, 1.0])] * 3)
-    found = place_part(positioner_cell(), path, np.eye(4), np.concatenate([near, [[0.0, 0.0, 4.0]]]))
+    found = place_stretches([(positioner_cell(), path)], np.eye(4), np.concatenate([near, [[0.0, 0.0, 4.0]]]))
     assert np.array_equal(found.worst > 0.0, np.arange(29) < 28)
     space, w = plan_space(positioner_cell()), waypoints(path, SPACING)
     part_T_tip = np.asarray(w.base_T_tip)[np.asarray(w.cut) > 0.0][::4]

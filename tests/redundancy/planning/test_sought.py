@@ -16,7 +16,7 @@ from camrob.redundancy.path import ToolPathInBase
 from camrob.redundancy.planned import resolve_planned
 from camrob.redundancy.planning.certificate import Survey, certify, survey_poses
 from camrob.redundancy.planning.freedoms import plan_space
-from camrob.redundancy.planning.placement import place_part
+from camrob.redundancy.planning.placement import place_stretches
 from camrob.redundancy.planning.sought import sought
 from camrob.toolpath.region import Move
 
@@ -112,5 +112,5 @@ def test_narrow_paths_are_planned_and_placed() -> None:
             planned += solution.method == "planned"
             assert np.all(solution.q >= cell.q_lower - 1e-9) and np.all(solution.q <= cell.q_upper + 1e-9)
         with suppress(JobError):
-            placed += bool(place_part(cell, path, np.eye(4), np.zeros((0, 3))).worst[0] > 0.0)
+            placed += bool(place_stretches([(cell, path)], np.eye(4), np.zeros((0, 3))).worst[0] > 0.0)
     assert planned >= 6 and placed >= 6

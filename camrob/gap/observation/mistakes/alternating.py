@@ -18,12 +18,7 @@ _LARGE = 0.5  # of the noise: less than that is lost in it
 
 def alternating(log: MeasurementLog, cell: Cell) -> str:
     """In words, by how much every second reading of a run lies beside its neighbours; "" where it is no more than noise."""
-    axes = [f"{kind}{a}" for kind in ("", "c") for a in cell.axis_names]
-    if (
-        log.info.poses
-        or not log.has_position
-        or not (log.has(*axes[: len(axes) // 2]) or log.has(*axes[len(axes) // 2 :]))
-    ):
+    if log.info.poses or not log.has_position or not log.has_axes(cell.axis_names):
         return ""
     part = log.select(slice(_MANY))
     if part.complete(part.place_names).sum() < _LEAST:
@@ -37,5 +32,5 @@ def alternating(log: MeasurementLog, cell: Cell) -> str:
     if size < max(_SURE * 2.0 * noise / np.sqrt(len(beside)), _LARGE * noise):
         return ""
     by = ", ".join(f"{m_to_mm(abs(v)):.3f}" for v in apart)
-    name = log.path.name if log.path is not None else "log"
+    name = log.name
     return f"every second reading of {name} lies ({by}) mm beside those between: give what was read in turn as two logs"

@@ -15,14 +15,9 @@ _LEAST = 12  # rows
 
 def moved_instrument(log: MeasurementLog, cell: Cell) -> str:
     """In words, from which line on a log's readings lie elsewhere, and what to do; "" where its gap is no such one."""
-    part = shortened([log])[0]
-    axes = [f"{kind}{a}" for kind in ("", "c") for a in cell.axis_names]
-    if (
-        not log.has_position
-        or log.sees_part
-        or not (log.has(*axes[: len(axes) // 2]) or log.has(*axes[len(axes) // 2 :]))
-    ):
+    if not log.has_position or log.sees_part or not log.has_axes(cell.axis_names):
         return ""
+    part = shortened([log])[0]
     if part.complete(part.place_names).sum() < _LEAST:
         return ""
     scene = make_scene(part, cell, least=_LEAST)

@@ -74,9 +74,8 @@ _CALL = re.compile(r'CALL LBL ("[^"]*"|[0-9]+)(?: REP ?([0-9]+|Q[LR]?[0-9]+)(?: 
 _BARE_CYCLE = re.compile(r"CYCL DEF [2-4][0-9][0-9](?![.0-9])(?!.*Q[0-9]+ ?=).*")  # its parameters stand behind it
 _REMARK = re.compile(r"\s*(?:\d+\s+)?;")
 _TAKES_NO_BRACKETS = re.compile(r"/?[ \t]*(?:N?[0-9]+[ \t]+)?/?[ \t]*(?:L|LN|CC?|C[RPT]|LP|M[0-9]+|RND|CHF)\b", re.I)
-_REMARK_WITHIN = re.compile(
-    r"\([^()]*\)?"
-)  # no control's: editors and teaching simulators let one stand behind a block
+# no control's: editors and teaching simulators let one stand behind a block
+_REMARK_WITHIN = re.compile(r"\([^()]*\)?")
 _PARAMETER = re.compile(r"Q[2-4][0-9][0-9] ?= ?[^ ]+")
 _TOOL = re.compile(r'TOOL CALL ("[^"]*"|[0-9]+)')
 _FREE = range(2000)  # from Q1600 on they are the user's, as Q0 to Q99 are

@@ -22,12 +22,8 @@ OLD_CYCLES = {
 BACK = -1
 """Beside the Q numbers of a newer cycle: how far above the last bite a rapid back into the hole ends."""
 _LINE = re.compile(rf"[^-+0-9Q]*({VALUE})")
-_SHALLOW, _STOP, _PART, _MOST = (
-    30.0,
-    0.6,
-    50.0,
-    7.0,
-)  # mm: the advanced stop is _STOP, of deeper holes a part, _MOST at most
+# mm: the advanced stop is _STOP, of holes deeper than _SHALLOW a part, _MOST at most
+_SHALLOW, _STOP, _PART, _MOST = 30.0, 0.6, 50.0, 7.0
 
 
 class OldCycle:

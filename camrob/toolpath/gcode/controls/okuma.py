@@ -27,16 +27,8 @@ _COMPUTES = re.compile(r"=|\b(?:CALL|GOTO|IF|RTS|MODIN|MODOUT|COPYE?|NOEX|RTMDI)
 _SAME = frozenset((0, 10, 20, 30, 90, 170, 180, 190, 200, 210, 300, 400, 410, 420, 610, 640, 800, 900, 910, 940, 950))
 _OFFSET, _LENGTH, _NO_LENGTH = 150, 560, 530
 _LEVEL = 710
-_DONE = {
-    810: 810,
-    820: 810,
-    830: 830,
-    730: 730,
-    740: 740,
-    840: 840,
-    850: 850,
-    860: 860,
-}  # cycles read: what they are without a dwell
+# cycles read: what they are without a dwell
+_DONE = {810: 810, 820: 810, 830: 830, 730: 730, 740: 740, 840: 840, 850: 850, 860: 860}
 _CYCLES = frozenset((730, 740, 760, *range(810, 900, 10)))
 _TO_LEVEL, _TO_R = 530, 540  # M53, M54
 _EVEN = 1e-6  # of the program's unit
