@@ -8,11 +8,12 @@ import pytest
 from summary_samples import diagnosis_summary, effect_found, shrunk
 
 from camrob.report.diagnosis.bars import place_charts
-from camrob.report.diagnosis.numbers import fitted, measure, mm, parameter_words, share, sure, values_of
+from camrob.report.diagnosis.numbers import fitted, measure, mm, share, sure, values_of
 from camrob.report.diagnosis.sentences import compensable_text, sentence, unexplained
 from camrob.report.diagnosis.to_do import compensate_command, to_do
 from camrob.report.diagnosis.verdict_word import reading_text, verdict
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, FittedValue
+from camrob.summaries.fitted.parameter_words import parameter_words
 
 
 @pytest.mark.parametrize(

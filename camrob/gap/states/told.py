@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from camrob.gap.states.later_effect import base_name
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound
+from camrob.summaries.fitted.parameter_words import parameter_words
 from camrob.summaries.fitted.since import Since
 
 __all__ = ["told"]
 
 _VALUES = 3  # that are said
 _CLEAR = 2.0  # standard deviations from which a value is said
-_UNITS = {"_deg": "degrees", "_mm": "mm", "_s": "s", "_kg": "kg", "_rad_nm": "rad/Nm"}
 
 
 def told(summary: DiagnosisSummary) -> DiagnosisSummary:
@@ -75,5 +75,5 @@ def _called(entry: EffectFound) -> str:
 
 
 def _value(name: str, value: float) -> str:
-    unit = next((u for u in _UNITS if name.endswith(u)), "")
-    return f"{name.removesuffix(unit).replace('_', ' ')} {value:.3g} {_UNITS.get(unit, '')}".rstrip()
+    words, unit = parameter_words(name)
+    return f"{words} {value:.3g} {unit}".rstrip()

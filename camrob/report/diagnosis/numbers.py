@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 
 from camrob.summaries.diagnosis_summary import FittedValue
+from camrob.summaries.fitted.parameter_words import parameter_words
 
 __all__ = [
     "beyond_ordinary",
@@ -14,7 +15,6 @@ __all__ = [
     "measure",
     "mm",
     "ordinary",
-    "parameter_words",
     "share",
     "sure",
     "to_mm",
@@ -22,18 +22,6 @@ __all__ = [
     "waves",
 ]
 
-_UNITS = {
-    "_rad_nm": "rad/Nm",
-    "_rad_m": "rad/m",
-    "_m_nm": "m/Nm",
-    "_kg_m": "kg m",
-    "_deg": "degrees",
-    "_mm": "mm",
-    "_kg": "kg",
-    "_s2": "s²",
-    "_s": "s",
-}
-_WORDS = {"cdis": "rounding distance", "tau": "time constant"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _ORDINARY, _MANY = 2.0, 10.0  # times an ordinary size
 _LEAST, _MOST = 1e-3, 1e5  # outside of these a power of ten stands behind
@@ -76,18 +64,6 @@ def measure(value: float, unit: str, digits: int = 3) -> str:
 def fitted(value: float, std: float, unit: str) -> str:
     """A value with its standard deviation, both to the digits that the deviation leaves a meaning."""
     return _with_unit(_powered(value, std, 3), unit)
-
-
-def parameter_words(name: str) -> tuple[str, str]:
-    """A parameter's name as people read it, and its unit: both stand in the name."""
-    for ending, unit in _UNITS.items():
-        if name.endswith(ending):
-            return _in_words(name.removesuffix(ending)), unit
-    return _in_words(name), "degrees a degree" if "_by_" in name else ""
-
-
-def _in_words(name: str) -> str:
-    return " ".join(_WORDS.get(word, word) for word in name.split("_"))
 
 
 def values_of(parameters: Mapping[str, FittedValue], most: int) -> tuple[list[str], int]:

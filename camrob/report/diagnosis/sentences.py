@@ -6,9 +6,10 @@ import re
 from collections.abc import Sequence
 
 from camrob.report.diagnosis.drives import drive_follows, drive_text
-from camrob.report.diagnosis.numbers import measure, mm, parameter_words, share, sure, waves
+from camrob.report.diagnosis.numbers import measure, mm, share, sure, waves
 from camrob.summaries.diagnosis_places import RunStandard, StageWithin, Standard
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, UnknownShape
+from camrob.summaries.fitted.parameter_words import parameter_words
 from camrob.text import printable
 
 __all__ = [

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from camrob.report.diagnosis.numbers import fitted, mm, parameter_words
+from camrob.report.diagnosis.numbers import fitted, mm
 from camrob.report.diagnosis.sentences import only_first, plain_name
 from camrob.summaries.diagnosis_summary import DiagnosisSummary, EffectFound, FittedValue
+from camrob.summaries.fitted.parameter_words import parameter_words
 from camrob.text import printable
 from camrob.units import m_to_mm
 
